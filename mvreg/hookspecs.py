@@ -1,0 +1,30 @@
+"""The three hooks that a plugin may implement, all optional.
+
+A plugin is any object, usually a module, named by an entry point in the group ``mvreg``.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pluggy
+
+if TYPE_CHECKING:
+    from mvreg.events import Event
+
+hookspec = pluggy.HookspecMarker("mvreg")
+
+
+@hookspec
+def mvreg_stages() -> dict[str, type]:  # type: ignore[empty-body]
+    """Return the stages: ``{"refine/tricp": TrimmedICP}``, kind and name to frozen dataclass."""
+
+
+@hookspec
+def mvreg_config_path() -> str:  # type: ignore[empty-body]
+    """Return a Hydra search path with presets, ``"pkg://mvreg_comparators.conf"``."""
+
+
+@hookspec
+def mvreg_event(event: Event) -> None:
+    """Observe one event of a run."""

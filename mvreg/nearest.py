@@ -1,0 +1,61 @@
+"""Nearest neighbours: trees built for surfaces, and queries that always have a distance bound."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mvreg.types import Array, Indices
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
+
+#: Queries run on all cores; the answers do not depend on how many there are.
+WORKERS = -1
+
+
+def build_tree(points: Array) -> cKDTree:
+    """A k-d tree; unbalanced and loose, which is 3 to 4 times faster on surfaces."""
+    from scipy.spatial import cKDTree
+
+    return cKDTree(points, balanced_tree=False, compact_nodes=False)
+
+
+def nearest(tree: cKDTree, queries: Array, bound: float = np.inf) -> tuple[Array, Indices]:
+    """The nearest neighbour of each query within `bound` (length).
+
+    Returns
+    -------
+    distances : (M,) array
+        Infinite where there is no neighbour within the bound.
+    indices : (M,) array
+        ``tree.n`` where there is no neighbour within the bound.
+    """
+    distances, indices = tree.query(queries, distance_upper_bound=bound, workers=WORKERS)
+    return distances, indices
+
+
+def mean_spacing(points: Array, tree: cKDTree | None = None, most: int = 5000) -> float:
+    """Mean distance of a point to the nearest other point, d_X (length).
+
+    At most `most` points are asked, evenly spread over the list. Duplicates count as one point.
+    Zero where all points coincide or there is only one.
+    """
+    if tree is None:
+        tree = build_tree(points)
+    step = max(1, len(points) // most)
+    queries = points[::step]
+    distances, _ = tree.query(queries, k=min(2, len(points)), workers=WORKERS)
+    if len(points) < 2:
+        return 0.0
+    apart = distances[:, 1]
+    apart = apart[apart > 0]
+    return float(apart.mean()) if len(apart) else 0.0
+
+
+def median_spacing(clouds: Sequence[Array]) -> float:
+    """Median over the clouds of `mean_spacing`: one length for a whole set."""
+    spacings = [s for s in (mean_spacing(cloud) for cloud in clouds) if s > 0]
+    return float(np.median(spacings)) if spacings else 0.0
