@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from mvreg.events import Event
 
 hookspec = pluggy.HookspecMarker("mvreg")
+#: Marks a method or function as an implementation of a hook below.
+hookimpl = pluggy.HookimplMarker("mvreg")
 
 
 @hookspec
