@@ -1,0 +1,109 @@
+"""What a person sees during a run: a live progress bar, and the table at the end."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING, TextIO
+
+from mvreg.events import (
+    Event,
+    PairStarted,
+    ReferenceChosen,
+    RunFinished,
+    RunStarted,
+    ViewPlaced,
+    ViewPrepared,
+)
+from mvreg.hookspecs import hookimpl
+from mvreg.observers.table import open_console, render
+
+if TYPE_CHECKING:
+    from rich.progress import Progress, TaskID
+
+__all__ = ["Console", "render"]
+
+
+class Console:
+    """Shows progress on standard error and the final table on standard output; one per run.
+
+    Where standard error is no terminal, two plain lines replace the bar.
+
+    Parameters
+    ----------
+    out, err : text file, optional
+        Standard output and standard error if not given.
+    """
+
+    def __init__(self, out: TextIO | None = None, err: TextIO | None = None) -> None:
+        self._out = out
+        self._err = err or sys.stderr
+        self._bar: Progress | None = None
+        self._task: TaskID | None = None
+        self._run: RunStarted | None = None
+        self._prepared = 0
+        self._placed: set[str] = set()
+        self._attempts = 0
+
+    @hookimpl
+    def mvreg_event(self, event: Event) -> None:
+        """Show one event."""
+        match event:
+            case RunStarted():
+                self._run = event
+                self._open(len(event.scanset.scans))
+                self._say(f"{event.scanset.name}: {len(event.scanset.scans)} scans, {event.method}")
+                self._show_preparing()
+            case ViewPrepared():
+                self._prepared += 1
+                self._show_preparing()
+            case ReferenceChosen():
+                self._placed.update(event.model.members)
+            case PairStarted():
+                if not self._attempts:
+                    self._say(f"prepared {self._prepared} scans, registering")
+                self._attempts += 1
+                pair = f"{event.source.name} -> {event.target.name}"
+                self._show(f"registering {pair}, pair {self._attempts}; placed", len(self._placed))
+            case ViewPlaced():
+                self._placed.add(event.name)
+                self._show(f"placed {event.name}; placed", len(self._placed))
+            case RunFinished():
+                self.close()
+                render(event.report, self._run.folder if self._run else None, self._out)
+
+    def close(self) -> None:
+        """Take the bar away; may be called twice."""
+        if self._bar is not None:
+            self._bar.stop()
+            self._bar = None
+
+    def _open(self, total: int) -> None:
+        if not self._err.isatty():
+            return
+        from rich import progress
+
+        self._bar = progress.Progress(
+            progress.TextColumn("{task.description}", markup=False),
+            progress.BarColumn(),
+            progress.MofNCompleteColumn(),
+            progress.TimeElapsedColumn(),
+            console=open_console(self._err),
+            transient=True,
+        )
+        self._task = self._bar.add_task("", total=total)
+        self._bar.start()
+
+    def _show_preparing(self) -> None:
+        scans = self._run.scanset.scans if self._run else ()
+        if self._prepared < len(scans):
+            self._show(f"preparing {scans[self._prepared].name}", self._prepared)
+
+    def _show(self, text: str, done: int) -> None:
+        if self._bar is not None and self._task is not None:
+            self._bar.update(self._task, description=text, completed=done)
+
+    def _say(self, line: str) -> None:
+        """A plain line where there is no bar."""
+        if self._bar is None:
+            self._err.write(f"{line}\n")
+            self._err.flush()

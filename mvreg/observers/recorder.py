@@ -1,0 +1,164 @@
+"""Writes the run folder: ``pairs.csv`` as it goes; ``result.json``, poses and model at the end."""
+
+from __future__ import annotations
+
+import csv
+import time
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TextIO
+
+import numpy as np
+
+from mvreg import report_file
+from mvreg.errors import InputError
+from mvreg.events import (
+    Event,
+    PairRegistered,
+    ReferenceChosen,
+    RunFinished,
+    RunStarted,
+    ViewPlaced,
+    ViewPrepared,
+)
+from mvreg.hookspecs import hookimpl
+from mvreg.observers.files import link_latest, write_model, write_poses, write_text
+from mvreg.report import build_report, pair_seconds
+from mvreg.types import Array, Pair, Result, ScanSet, View
+
+COLUMNS = (
+    "source", "target", "overlap", "trimmed_mse", "threshold", "verdict", "reason", "seconds",
+    "score",
+)  # fmt: skip
+
+
+class Recorder:
+    """Keeps a run in a folder; one per run.
+
+    Parameters
+    ----------
+    folder : Path
+        Made if it is missing. What an earlier run left there is replaced.
+    link : bool
+        Let ``latest``, beside the folder, point to it at the end.
+    """
+
+    def __init__(self, folder: Path, link: bool = True) -> None:
+        self.folder = folder
+        self.link = link
+        self._table: TextIO | None = None
+        self._started = time.perf_counter()
+        self._run: RunStarted | None = None
+        self._views: list[View] = []
+        self._reference: str | None = None
+        self._poses: dict[str, Array] = {}
+        self._pairs: list[Pair] = []
+        self._augmenting = 0.0
+
+    @hookimpl
+    def mvreg_event(self, event: Event) -> None:
+        """Write what can be written now, and remember what an interruption would need."""
+        match event:
+            case RunStarted():
+                self._start(event)
+            case ViewPrepared():
+                self._views.append(event.view)
+            case ReferenceChosen():
+                self._reference = event.model.members[0]
+                self._poses = {self._reference: np.eye(4)}
+            case PairRegistered():
+                self._pairs.append(event.pair)
+                self._append(pair_row(event.pair))
+            case ViewPlaced():
+                self._poses[event.name] = event.T_model_scan
+                self._augmenting += event.seconds
+            case RunFinished():
+                self._finish(event.scanset, event.result, event.report)
+
+    def finish_interrupted(self, rng: int | None, config: Mapping[str, object]) -> Path | None:
+        """Write what was finished before an interruption; ``status`` is then "interrupted".
+
+        Returns
+        -------
+        Path or None
+            The ``result.json``; None if there was no reference yet, and so no pose.
+        """
+        if self._run is None or self._reference is None:
+            self.close()
+            return None
+        scanset = self._run.scanset
+        missing = tuple(scan.name for scan in scanset.scans if scan.name not in self._poses)
+        result = Result(self._reference, self._poses, missing, tuple(self._pairs))
+        report = build_report(
+            scanset,
+            self._views,
+            result,
+            method=self._run.method,
+            rng=rng,
+            seconds={
+                **pair_seconds(self._pairs),
+                "augment": self._augmenting,
+                "total": time.perf_counter() - self._started,
+            },
+            config=config,
+            interrupted=True,
+        )
+        return self._finish(scanset, result, report)
+
+    def close(self) -> None:
+        """Close ``pairs.csv``; may be called twice."""
+        if self._table is not None:
+            self._table.close()
+            self._table = None
+
+    def _start(self, event: RunStarted) -> None:
+        self._run = event
+        self._started = time.perf_counter()
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            # An old answer must not pass for this run's if this run is cut short.
+            (self.folder / "result.json").unlink(missing_ok=True)
+            self._table = (self.folder / "pairs.csv").open("w", newline="", encoding="utf-8")
+        except OSError as error:
+            raise InputError(
+                f"cannot write the run folder {self.folder}: {error.strerror or error}; "
+                "choose another with hydra.run.dir=DIR"
+            ) from None
+        self._append(COLUMNS)
+
+    def _append(self, row: Iterable[object]) -> None:
+        if self._table is not None:
+            csv.writer(self._table, lineterminator="\n").writerow(row)
+            self._table.flush()
+
+    def _finish(self, scanset: ScanSet, result: Result, report: Mapping[str, object]) -> Path:
+        self.close()
+        write_poses(self.folder / "poses", scanset, result.poses)
+        write_model(self.folder / "model.ply", scanset, result.poses)
+        # Last, so that whoever sees it finds the rest complete.
+        file = self.folder / "result.json"
+        write_text(file, report_file.dumps(report))
+        if self.link:
+            link_latest(self.folder)
+        return file
+
+
+def pair_row(pair: Pair) -> tuple[object, ...]:
+    """The row of ``pairs.csv``: lengths in the scans' unit; empty where there was no candidate."""
+    found = pair.T_target_source is not None
+    return (
+        pair.source,
+        pair.target,
+        _number(pair.overlap),
+        _number(pair.trimmed_mse),
+        _number(pair.verdict.threshold if found else None),
+        "accepted" if pair.verdict.reliable else "rejected",
+        pair.verdict.reason,
+        f"{sum(pair.seconds.values()):.6f}",
+        _number(pair.verdict.score if found else None),
+    )
+
+
+def _number(value: float | None) -> str:
+    """The shortest text that reads back exactly, also for NumPy's numbers."""
+    return "" if value is None else repr(float(value))

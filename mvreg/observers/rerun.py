@@ -1,0 +1,186 @@
+"""Turns a run into a recording for the Rerun viewer, ``run.rrd``.
+
+`entities` maps an event to what is to be shown, and needs no viewer; `RerunObserver` writes it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+from mvreg.events import (
+    Event,
+    PairRegistered,
+    PairStarted,
+    ReferenceChosen,
+    RunFinished,
+    RunStarted,
+    ViewPlaced,
+    ViewPrepared,
+)
+from mvreg.hookspecs import hookimpl
+from mvreg.observers import drawing
+from mvreg.types import Array, View
+
+if TYPE_CHECKING:
+    from rerun import RecordingStream
+
+#: What is logged at one moment: where, and which archetype.
+Entities = list[tuple[str, Any]]
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What earlier events told.
+
+    The prepared views by name, in order; how many pairs began; the target that is drawn; and the
+    scans that stand in the model.
+    """
+
+    views: Mapping[str, View] = field(default_factory=lambda: MappingProxyType({}))
+    pair: int = 0
+    target: View | None = None
+    placed: frozenset[str] = frozenset()
+
+    def after(self, event: Event) -> Seen:
+        """What is known once `event` has happened."""
+        match event:
+            case ViewPrepared():
+                return replace(self, views={**self.views, event.view.name: event.view})
+            case PairStarted():
+                return replace(self, pair=self.pair + 1)
+            case PairRegistered():
+                return replace(self, target=event.target)
+            case ReferenceChosen():
+                return replace(self, placed=self.placed.union(event.model.members))
+            case ViewPlaced():
+                return replace(self, placed=self.placed | {event.name})
+            case RunFinished():
+                return replace(self, pair=self.pair + 1)
+        return self
+
+
+def entities(event: Event, seen: Seen) -> Entities:
+    """What an event shows: pairs of entity path and archetype.
+
+    Parameters
+    ----------
+    event : Event
+    seen : Seen
+        What was known before it.
+    """
+    match event:
+        case ReferenceChosen():
+            return [item for name in event.model.members for item in _placed(name, None, seen)]
+        case PairRegistered():
+            return _clouds(event, seen) + _lines(event) + _numbers(event)
+        case ViewPlaced():
+            return _placed(event.name, event.T_model_scan, seen)
+        case RunFinished():
+            # The adjustment may have moved them all; what has lost its pose is taken away.
+            poses = event.result.poses
+            gone = [(_path(name), drawing.nothing()) for name in seen.placed if name not in poses]
+            return gone + [item for name in poses for item in _placed(name, poses[name], seen)]
+    return []
+
+
+def _path(name: str) -> str:
+    return f"model/{drawing.escape(name)}"
+
+
+def _placed(name: str, T_model_scan: Array | None, seen: Seen) -> Entities:
+    """A scan in the model: its points, once, in a colour of its own, under its pose."""
+    if name not in seen.views:
+        return []
+    shown: Entities = [(_path(name), drawing.pose(T_model_scan))]
+    if name not in seen.placed:
+        color = drawing.hue(list(seen.views).index(name))
+        shown.append((_path(name), drawing.cloud(seen.views[name], color)))
+    return shown
+
+
+def _clouds(event: PairRegistered, seen: Seen) -> Entities:
+    """Target, source before (beside it) and source after, green or red by the verdict."""
+    shown: Entities = []
+    if event.target is not seen.target:
+        shown.append(("pair/target", drawing.cloud(event.target, drawing.GREY)))
+    aside = drawing.beside(event.source, event.target)
+    shown.append(("pair/before", drawing.pose(aside)))
+    shown.append(("pair/before", drawing.cloud(event.source, drawing.BLUE)))
+    if event.registration is None:
+        shown.append(("pair/after", drawing.nothing()))
+        return shown
+    color = drawing.GREEN if event.pair.verdict.reliable else drawing.RED
+    shown.append(("pair/after", drawing.pose(event.registration.T_target_source)))
+    shown.append(("pair/after", drawing.cloud(event.source, color)))
+    return shown
+
+
+def _lines(event: PairRegistered) -> Entities:
+    """Seed matches, and the propagated matches of the best candidate."""
+    best = event.candidates.matches[0] if event.candidates.matches else None
+    pair = event.source, event.target
+    return [
+        ("pair/seeds", drawing.matches(*pair, event.seeds.indices, drawing.YELLOW)),
+        ("pair/propagated", drawing.matches(*pair, best, drawing.CYAN)),
+    ]
+
+
+def _numbers(event: PairRegistered) -> Entities:
+    """Score against threshold, TMSE and overlap over the pairs, and the verdict in words."""
+    pair, verdict = event.pair, event.pair.verdict
+    word = "accepted" if verdict.reliable else "rejected"
+    shown = [("verdicts", drawing.verdict(pair))]
+    if pair.trimmed_mse is None:
+        return shown
+    return [
+        *shown,
+        ("judge/score", drawing.scalar(verdict.score)),
+        ("judge/threshold", drawing.scalar(verdict.threshold)),
+        (f"judge/{word}", drawing.scalar(verdict.score)),
+        ("tmse/trimmed_mse", drawing.scalar(pair.trimmed_mse)),
+        ("overlap/overlap", drawing.scalar(pair.overlap)),
+    ]
+
+
+class RerunObserver:
+    """Writes a recording; one per run. View it with ``rerun run.rrd``.
+
+    Parameters
+    ----------
+    path : Path
+        The file; its folder is made if it is missing.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._seen = Seen()
+        self._stream: RecordingStream | None = None
+
+    @hookimpl
+    def mvreg_event(self, event: Event) -> None:
+        """Record one event at the number of its pair."""
+        if isinstance(event, RunStarted):
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            self._stream = drawing.open_recording(
+                self._path, f"{event.scanset.name} {event.method}"
+            )
+        if self._stream is None:
+            return
+        shown = entities(event, self._seen)
+        self._seen = self._seen.after(event)
+        self._stream.set_time("pair", sequence=self._seen.pair)
+        for path, archetype in shown:
+            self._stream.log(path, archetype)
+        if isinstance(event, RunFinished):
+            self.close()
+
+    def close(self) -> None:
+        """Finish the file; may be called twice."""
+        if self._stream is not None:
+            self._stream.flush()
+            self._stream.disconnect()
+            self._stream = None

@@ -1,0 +1,64 @@
+"""The text of ``result.json``: strict JSON, and reading it back."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mvreg.errors import InputError
+
+#: Raised when a key changes its meaning or goes away; new keys do not count.
+SCHEMA = 1
+
+
+def dumps(report: Mapping[str, object]) -> str:
+    """The report as strict JSON: no NaN, no Infinity."""
+    return json.dumps(to_plain(report), indent=1, allow_nan=False) + "\n"
+
+
+def load_report(path: Path) -> dict[str, Any]:
+    """Read a ``result.json``, or the one in a run folder.
+
+    Raises
+    ------
+    InputError
+        If there is none, or it is not a report of this schema.
+    """
+    file = path / "result.json" if path.is_dir() else path
+    try:
+        report = json.loads(file.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(
+            f"cannot read {file}: {error.strerror or error}; expected a run folder with a "
+            "result.json, as `mvreg` leaves it at the end of a run"
+        ) from None
+    except ValueError as error:
+        raise InputError(f"{file} is not JSON ({error}); was the file cut short?") from None
+    schema = report.get("schema") if isinstance(report, dict) else None
+    if schema != SCHEMA:
+        raise InputError(f"{file}: expected a report with schema {SCHEMA}, found {schema!r}")
+    found: dict[str, Any] = report
+    return found
+
+
+def to_plain(value: Any) -> Any:
+    """Turn a value into what strict JSON can say: NaN and infinity become None."""
+    if isinstance(value, Mapping):
+        return {str(key): to_plain(item) for key, item in value.items()}
+    if isinstance(value, Enum):
+        return value.name
+    if isinstance(value, np.ndarray | np.generic):
+        return to_plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [to_plain(item) for item in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if value is None or isinstance(value, str | int):
+        return value
+    return str(value)
