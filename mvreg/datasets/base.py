@@ -1,0 +1,84 @@
+"""What all data sets have in common: the order of the scans, and hiding where they were."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import Enum
+
+import numpy as np
+
+from mvreg import se3
+from mvreg.errors import InputError
+from mvreg.types import Array, ScanSet
+
+
+class Order(Enum):
+    """In which order the scans are handed over."""
+
+    given = "given"
+    shuffle = "shuffle"
+
+
+@dataclass(frozen=True)
+class ScanSource:
+    """A data set; subclasses say what to `load`, and have a `name` as field or property.
+
+    Parameters
+    ----------
+    order : Order
+        ``given``: as the files are ordered; ``shuffle``: at random.
+    scramble : bool
+        Apply an unknown rigid motion to every scan, as if each had been taken from anywhere.
+        Sensors move with their scans, and the ground truth follows.
+    """
+
+    order: Order = Order.given
+    scramble: bool = False
+
+    def __post_init__(self) -> None:
+        try:
+            object.__setattr__(self, "order", Order(self.order))
+        except ValueError:
+            options = ", ".join(order.value for order in Order)
+            raise InputError(f"dataset.order={self.order!r}: expected one of {options}") from None
+
+    def load(self, rng: np.random.Generator) -> ScanSet:
+        """Find the scans, in their given order and where they are; for subclasses to define."""
+        raise NotImplementedError(f"{type(self).__name__} does not define load()")
+
+    def __call__(self, rng: np.random.Generator) -> ScanSet:
+        """Load, then shuffle and scramble as asked.
+
+        Raises
+        ------
+        InputError
+            If the scans cannot be found or read.
+        """
+        scans = self.load(rng)
+        if self.order is Order.shuffle:
+            chosen = rng.permutation(len(scans.scans))
+            scans = replace(scans, scans=tuple(scans.scans[i] for i in chosen))
+        return scramble(scans, rng) if self.scramble else scans
+
+
+def scramble(scans: ScanSet, rng: np.random.Generator) -> ScanSet:
+    """Move every scan at random: any rotation, and a translation of up to the scan's extent.
+
+    The ground truth stays true: ``T_world_new = T_world_scan @ inv(T_new_scan)``.
+    """
+    motions = {
+        scan.name: se3.random(rng, shift=float(np.ptp(scan.points, axis=0).max()))
+        for scan in scans.scans
+    }
+    return ScanSet(
+        name=scans.name,
+        scans=tuple(scan.moved(motions[scan.name]) for scan in scans.scans),
+        unit=scans.unit,
+        poses=None if scans.poses is None else {
+            name: _follow(pose, motions.get(name)) for name, pose in scans.poses.items()
+        },
+    )  # fmt: skip
+
+
+def _follow(pose: Array, motion: Array | None) -> Array:
+    return pose if motion is None else pose @ se3.invert(motion)

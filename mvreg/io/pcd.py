@@ -1,0 +1,90 @@
+"""Read the points of a PCD file.
+
+ASCII and binary are read here, because Open3D 0.20 completes a truncated file with zeros or with
+whatever was in memory: a plausible wrong cloud. The compressed kind is Open3D's, once the sizes
+that it states are found to be true.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from mvreg._open3d import load_open3d
+from mvreg.errors import InputError
+from mvreg.io.pcd_header import PcdHeader, read_header
+from mvreg.io.table import parse, parse_lines
+from mvreg.types import Array
+
+
+def read_pcd(path: Path) -> Array:
+    """Read the points (N, 3), NaN included.
+
+    Raises
+    ------
+    InputError
+        With file, line or byte, and reason.
+    """
+    data = path.read_bytes()
+    header = read_header(data, path)
+    if header.points > len(data) and header.data != "binary_compressed":
+        raise _truncated(path, f"{len(data)} bytes", header)
+    if header.data == "ascii":
+        return _ascii(data, header, path)
+    if header.data == "binary":
+        return _binary(data, header, path)
+    return _compressed(data, header, path)
+
+
+def _ascii(data: bytes, header: PcdHeader, path: Path) -> Array:
+    lines = data[header.size :].decode("latin-1").split("\n")
+    columns = sum(field.count for field in header.fields)
+    table = parse(lines[: header.points], columns)
+    if table is None:
+        numbered = enumerate(lines, header.lines + 1)
+        table = parse_lines(numbered, columns, path, header.points)
+    if len(table) < header.points:
+        raise _truncated(path, f"{len(table)} lines", header)
+    names = [f.name for f in header.fields for _ in range(f.count)]
+    return table[:, [names.index(axis) for axis in "xyz"]]
+
+
+def _binary(data: bytes, header: PcdHeader, path: Path) -> Array:
+    if header.size + header.points * header.record > len(data):
+        raise _truncated(path, f"{len(data) - header.size} bytes", header)
+    table = np.frombuffer(data, header.dtype, header.points, header.size)
+    return np.stack([table[axis].astype(np.float64) for axis in "xyz"], axis=1)
+
+
+def _compressed(data: bytes, header: PcdHeader, path: Path) -> Array:
+    sizes = np.frombuffer(data[header.size : header.size + 8], "<u4")
+    expected = header.points * header.record
+    if len(sizes) < 2 or header.size + 8 + int(sizes[0]) > len(data):
+        raise _truncated(path, f"{len(data) - header.size} bytes", header)
+    # LZF cannot shrink anything to less than a hundredth: no memory for a size that is made up.
+    if int(sizes[1]) != expected or expected > 100 * int(sizes[0]):
+        raise InputError(
+            f"{path}: the header announces {expected} bytes of points, but the data are "
+            f"{int(sizes[0])} bytes that hold {int(sizes[1])}; the file is damaged"
+        )
+    open3d = load_open3d()
+    try:
+        with open3d.utility.VerbosityContextManager(open3d.utility.VerbosityLevel.Error):
+            cloud = open3d.io.read_point_cloud(str(path), remove_nan_points=False)
+    except Exception as error:  # C++ exceptions come through in several guises
+        raise InputError(f"{path}: not a readable PCD file: {error}") from error
+    points: Array = np.asarray(cloud.points, dtype=np.float64).copy()
+    if len(points) != header.points:
+        raise InputError(
+            f"{path}: expected {header.points} points, Open3D found {len(points)}; "
+            "is the file damaged?"
+        )
+    return points
+
+
+def _truncated(path: Path, found: str, header: PcdHeader) -> InputError:
+    return InputError(
+        f"{path}: the header announces {header.points} points, but only {found} follow; "
+        "the file is truncated"
+    )

@@ -1,0 +1,115 @@
+"""The header of a PCD file, version 0.7 and before."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mvreg.errors import InputError
+from mvreg.io.table import excerpt
+
+_TYPES = {"F4", "F8", "I1", "I2", "I4", "I8", "U1", "U2", "U4", "U8"}
+_DATA = ("ascii", "binary", "binary_compressed")
+
+
+@dataclass(frozen=True)
+class Field:
+    """One field of a point: `count` values of NumPy's type `code`."""
+
+    name: str
+    code: str
+    count: int
+
+    @property
+    def size(self) -> int:
+        """Bytes."""
+        return int(self.code[1]) * self.count
+
+
+@dataclass(frozen=True)
+class PcdHeader:
+    """What the header says, and where the data begin: byte `size`, after `lines` lines."""
+
+    fields: tuple[Field, ...]
+    points: int
+    data: str
+    size: int
+    lines: int
+
+    @property
+    def record(self) -> int:
+        """Bytes per point."""
+        return sum(field.size for field in self.fields)
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        """x, y and z within a record."""
+        names = [field.name for field in self.fields]
+        chosen = [names.index(axis) for axis in "xyz"]
+        return np.dtype(
+            {
+                "names": ["x", "y", "z"],
+                "formats": ["<" + self.fields[i].code.lower() for i in chosen],
+                "offsets": [sum(f.size for f in self.fields[:i]) for i in chosen],
+                "itemsize": self.record,
+            }
+        )
+
+
+def read_header(data: bytes, path: Path) -> PcdHeader:
+    """Parse the header.
+
+    Raises
+    ------
+    InputError
+        With file, line and reason.
+    """
+    entries: dict[str, list[str]] = {}
+    position, lines = 0, 0
+    while "DATA" not in entries:
+        end = data.find(b"\n", position)
+        if end < 0:
+            raise InputError(f"{path}, line {lines + 1}: expected a PCD header up to 'DATA'")
+        line = data[position:end].decode("latin-1")
+        position, lines = end + 1, lines + 1
+        words = line.split()
+        if not words or words[0].startswith("#"):
+            continue
+        if not words[0].isalpha() or not words[0].isascii():
+            raise InputError(f"{path}, line {lines}: expected a PCD header, got {excerpt(line)}")
+        entries[words[0].upper()] = words[1:]
+    kind = " ".join(entries["DATA"]).lower()
+    if kind not in _DATA:
+        raise InputError(f"{path}, line {lines}: expected DATA {', '.join(_DATA)}; got {kind!r}")
+    return PcdHeader(_fields(entries, path), _points(entries, path), kind, position, lines)
+
+
+def _fields(entries: dict[str, list[str]], path: Path) -> tuple[Field, ...]:
+    names = [name.lower() for name in entries.get("FIELDS", entries.get("COLUMNS", []))]
+    sizes, types = entries.get("SIZE", []), entries.get("TYPE", [])
+    counts = entries.get("COUNT", ["1"] * len(names))
+    if not len(names) == len(sizes) == len(types) == len(counts):
+        raise InputError(
+            f"{path}: expected as many SIZE, TYPE and COUNT as FIELDS, got {len(sizes)}, "
+            f"{len(types)}, {len(counts)} and {len(names)}"
+        )
+    codes = [kind.upper() + size for kind, size in zip(types, sizes, strict=True)]
+    bad = sorted(set(codes) - _TYPES)
+    if bad or not all(count.isdecimal() and len(count) < 7 for count in counts):
+        raise InputError(f"{path}: expected TYPE F, I or U of SIZE 1 to 8, got {bad or counts}")
+    fields = tuple(map(Field, names, codes, map(int, counts)))
+    if not {"x", "y", "z"} <= {field.name for field in fields if field.count == 1}:
+        raise InputError(f"{path}: expected fields x, y and z, got {names}")
+    return fields
+
+
+def _points(entries: dict[str, list[str]], path: Path) -> int:
+    counts = entries.get("POINTS")
+    if counts is None:
+        counts = [*entries.get("WIDTH", ["?"]), *entries.get("HEIGHT", ["1"])]
+    if not counts or not all(c.isdecimal() and c.isascii() and len(c) < 16 for c in counts):
+        raise InputError(f"{path}: expected a number of POINTS, got {' '.join(counts)!r}")
+    return int(np.prod([int(c) for c in counts], dtype=object))

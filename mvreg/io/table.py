@@ -1,0 +1,98 @@
+"""Tables of numbers in text: fast where they are clean, exact about the line where not."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from mvreg.errors import InputError
+from mvreg.types import Array
+
+#: How C libraries, Microsoft's above all, print what is not a number: "-1.#IND", "nan(ind)".
+_ODD_NAN = re.compile(r"[+-]?(\d\.#\w+|nan(\(\w*\))?)", re.IGNORECASE)
+
+
+def parse(lines: Sequence[str], columns: int) -> Array | None:
+    """Parse a clean table in one C call.
+
+    Returns
+    -------
+    (len(lines), columns) array, or None
+        None where any line is blank, has another number of words, or words that are no plain
+        numbers: `parse_lines` is then to be asked.
+    """
+    # NumPy warns where there is nothing at all; the other reader has the better words.
+    if not lines or not lines[0].strip():
+        return None
+    try:
+        table: Array = np.loadtxt(lines, comments=None, ndmin=2)
+    except ValueError:
+        return None
+    return table if table.shape == (len(lines), columns) else None
+
+
+def parse_lines(
+    lines: Iterable[tuple[int, str]], columns: int, path: Path, most: int | None = None
+) -> Array:
+    """Parse a table line by line, and say where it is wrong.
+
+    Blank lines and comments (``#``, ``//``) are passed over.
+
+    Parameters
+    ----------
+    lines : iterable of (line number, text)
+        No more are looked at once `most` (at least 1) rows are there.
+    columns : int
+        Words per line.
+
+    Returns
+    -------
+    (M, columns) array
+
+    Raises
+    ------
+    InputError
+        With file, line and reason.
+    """
+    rows: list[list[float]] = []
+    for number, line in lines:
+        words = line.split()
+        if not words or words[0].startswith(("#", "//")):
+            continue
+        if len(words) != columns:
+            raise InputError(
+                f"{path}, line {number}: expected {columns} numbers, got {len(words)}: "
+                f"{excerpt(line)}"
+            )
+        rows.append([_number(word, number, path) for word in words])
+        if len(rows) == most:
+            break
+    return np.array(rows, dtype=np.float64).reshape(-1, columns)
+
+
+def is_number(word: str) -> bool:
+    """Whether a word reads as a number, NaN and infinity included."""
+    return _as_float(word) is not None
+
+
+def excerpt(line: str) -> str:
+    """The beginning of a line, safe to show."""
+    line = line.strip()
+    return repr(line if len(line) <= 40 else line[:40] + "...")
+
+
+def _number(word: str, line: int, path: Path) -> float:
+    value = _as_float(word)
+    if value is None:
+        raise InputError(f"{path}, line {line}: expected a number, got {excerpt(word)}")
+    return value
+
+
+def _as_float(word: str) -> float | None:
+    try:
+        return None if "_" in word else float(word)
+    except ValueError:
+        return np.nan if _ODD_NAN.fullmatch(word) else None
