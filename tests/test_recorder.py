@@ -1,15 +1,19 @@
 import csv
+import io
 import json
 
 import numpy as np
+import pluggy
 import pytest
 from observed import run
 
-from mvreg import events
+from mvreg import events, hookspecs
 from mvreg.errors import InputError
 from mvreg.io import read_points
+from mvreg.observers.console import Console
 from mvreg.observers.files import link_latest, pose_files
 from mvreg.observers.recorder import Recorder
+from mvreg.observers.rerun import RerunObserver
 
 
 def record(folder, happened, **options) -> Recorder:
@@ -159,3 +163,21 @@ def test_a_folder_that_cannot_be_made_is_one_clear_message(tmp_path):
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(InputError, match=r"run folder .*hydra\.run\.dir"):
         record(tmp_path / "file" / "now", run()[:1])
+
+
+def test_observers_are_hooks(tmp_path):
+    manager = pluggy.PluginManager("mvreg")
+    manager.add_hookspecs(hookspecs)
+    out = io.StringIO()
+    for observer in (
+        Console(out, io.StringIO()),
+        Recorder(tmp_path / "now"),
+        RerunObserver(tmp_path / "now" / "run.rrd"),
+    ):
+        manager.register(observer)
+    manager.check_pending()
+    for event in run():
+        manager.hook.mvreg_event(event=event)
+    assert "placed 2 of 3" in out.getvalue()
+    assert (tmp_path / "now" / "result.json").exists()
+    assert (tmp_path / "now" / "run.rrd").stat().st_size > 10_000

@@ -63,10 +63,10 @@ class Console:
                     self._say(f"prepared {self._prepared} scans, registering")
                 self._attempts += 1
                 pair = f"{event.source.name} -> {event.target.name}"
-                self._show(f"registering {pair}, pair {self._attempts}; placed", len(self._placed))
+                self._show(f"registering {pair} (pair {self._attempts}), placed", len(self._placed))
             case ViewPlaced():
                 self._placed.add(event.name)
-                self._show(f"placed {event.name}; placed", len(self._placed))
+                self._show(f"placed {event.name}; in all", len(self._placed))
             case RunFinished():
                 self.close()
                 render(event.report, self._run.folder if self._run else None, self._out)
