@@ -1,0 +1,133 @@
+"""Any folder of scans."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+import numpy as np
+
+from mvreg.datasets.base import ScanSource
+from mvreg.errors import InputError
+from mvreg.io import SUPPORTED, read_points, read_poses
+from mvreg.types import Array, Scan, ScanSet
+
+
+@dataclass(frozen=True)
+class Folder(ScanSource):
+    """Every readable file in a folder, sorted as people count: scan2 before scan10.
+
+    Where the sensor stood is unknown, so the scans have no view direction.
+
+    Parameters
+    ----------
+    path : str
+        The folder; required.
+    ground_truth : str
+        A Stanford ``.conf``, a JSON of poses or a run's ``result.json``, in the unit of the
+        files; a relative name is looked for here and then in the folder. Optional.
+    pattern : str
+        Which files to take, ``"*.ply"`` for instance.
+    unit : str
+        The unit of length, for people to read; nothing is converted.
+    """
+
+    path: str = ""
+    ground_truth: str = ""
+    pattern: str = "*"
+    unit: str = "file"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not self.pattern or "/" in self.pattern:
+            raise InputError(
+                f"dataset.pattern={self.pattern!r}: expected a pattern of file names, like '*.ply'"
+            )
+        if not self.unit:
+            raise InputError("dataset.unit: expected a unit of length or 'file', got nothing")
+
+    @property
+    def name(self) -> str:
+        """The folder's name."""
+        return Path(self.path).expanduser().resolve().name or "folder" if self.path else "folder"
+
+    def load(self, rng: np.random.Generator) -> ScanSet:
+        """Read the folder.
+
+        Raises
+        ------
+        InputError
+            If it has fewer than two scans; if any file cannot be read, with all such files; if
+            the ground truth fits none of the scans.
+        """
+        if not self.path:
+            raise InputError("dataset=folder needs the folder with your scans: dataset.path=DIR")
+        folder = Path(self.path).expanduser()
+        files = self._files(folder)
+        scans = _read_all(files)
+        poses = self._poses(folder, [scan.name for scan in scans]) if self.ground_truth else None
+        return ScanSet(self.name, scans, self.unit, poses)
+
+    def _files(self, folder: Path) -> list[Path]:
+        try:
+            found = sorted(folder.iterdir(), key=lambda file: natural(file.name))
+        except OSError as error:
+            raise InputError(
+                f"dataset.path={folder}: expected a folder: {error.strerror or error}"
+            ) from error
+        files = [
+            file for file in found
+            if fnmatchcase(file.name, self.pattern) and not file.name.startswith(".")
+            and file.suffix.lower() in SUPPORTED and file.is_file()
+        ]  # fmt: skip
+        if len(files) < 2:
+            raise InputError(
+                f"dataset.path={folder}: expected at least 2 scans that match {self.pattern!r} "
+                f"and end in {', '.join(SUPPORTED)}; found {_few([f.name for f in files])} "
+                f"among {_few([file.name for file in found])}"
+            )
+        return files
+
+    def _poses(self, folder: Path, names: list[str]) -> dict[str, Array]:
+        file = Path(self.ground_truth).expanduser()
+        if not file.exists() and (folder / file).exists():
+            file = folder / file
+        known = read_poses(file)
+        poses = {name: known[name] for name in names if name in known}
+        if not poses:
+            raise InputError(
+                f"dataset.ground_truth={file}: expected poses of the scans in {folder}, "
+                f"{_few(names)}; got poses of {_few(list(known))}"
+            )
+        return poses
+
+
+def natural(name: str) -> tuple[list[tuple[int, str]], str]:
+    """A key that sorts names as people count; the name itself settles ties."""
+    parts = re.findall(r"[0-9]+|[^0-9]+", name.casefold())
+    return [(int(part), "") if part.isdecimal() else (-1, part) for part in parts], name
+
+
+def _read_all(files: list[Path]) -> tuple[Scan, ...]:
+    """Read every file, and report all that cannot be read at once."""
+    scans, errors = [], []
+    for file in files:
+        try:
+            scans.append(Scan(file.name, read_points(file)))
+        except InputError as error:
+            errors.append(f"  {error}")
+    if errors:
+        raise InputError(
+            "\n".join([
+                f"{len(errors)} of {len(files)} files cannot be read; repair or remove them, or "
+                "leave them out by dataset.pattern:", *errors,
+            ])
+        )  # fmt: skip
+    return tuple(scans)
+
+
+def _few(names: list[str]) -> str:
+    shown = ", ".join(names[:10]) or "nothing"
+    return f"{shown} and {len(names) - 10} more" if len(names) > 10 else shown
