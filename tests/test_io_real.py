@@ -42,5 +42,5 @@ def test_a_truncated_real_scan_is_refused(data_root: Path, tmp_path: Path, name:
     for share in (0.001, 0.1, 0.3):
         cut = tmp_path / "cut.ply"
         cut.write_bytes(whole[: int(share * len(whole))])
-        with pytest.raises(InputError, match="the file ends|only .* bytes follow"):
+        with pytest.raises(InputError, match=r"the file ends|only .* bytes follow"):
             read_points(cut)
