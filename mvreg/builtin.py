@@ -1,0 +1,44 @@
+"""The stages that come with mvreg, registered as any plugin's are."""
+
+from __future__ import annotations
+
+from mvreg.hookspecs import hookimpl
+
+
+@hookimpl
+def mvreg_stages() -> dict[str, type]:
+    """Return the paper's stages, their variants, and the data sets."""
+    from mvreg.datasets import folder, stanford, synthetic
+    from mvreg.stages import (
+        adjust,
+        augment,
+        describe,
+        downsample,
+        judge,
+        propagate,
+        refine,
+        seed,
+        strategy,
+    )
+
+    return {
+        "dataset/stanford": stanford.Stanford,
+        "dataset/folder": folder.Folder,
+        "dataset/figurine": synthetic.Figurine,
+        "dataset/tiny": synthetic.Tiny,
+        "downsample/paper": downsample.PaperDownsample,
+        "downsample/stride": downsample.StrideDownsample,
+        "downsample/voxel": downsample.VoxelDownsample,
+        "describe/spectrum": describe.SpectrumDescribe,
+        "describe/eigenvalues": describe.EigenvaluesDescribe,
+        "seed/nearest": seed.NearestSeed,
+        "propagate/consensus": propagate.ConsensusPropagate,
+        "refine/tricp": refine.TrimmedICP,
+        "refine/icp": refine.ICP,
+        "judge/tmse": judge.TmseJudge,
+        "judge/point_to_plane": judge.PointToPlaneJudge,
+        "augment/concat": augment.ConcatAugment,
+        "augment/merge": augment.MergeAugment,
+        "strategy/grow": strategy.GrowStrategy,
+        "adjust/none": adjust.NoAdjust,
+    }
