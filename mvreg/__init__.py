@@ -1,0 +1,56 @@
+"""Fully automatic registration of unordered range scans.
+
+    import mvreg
+
+    scans = mvreg.dataset("folder", path="my_scans")
+    result = mvreg.register(scans)
+    print(result.poses, result.unregistered)
+
+Names are looked up when they are first used, so that importing mvreg stays cheap.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mvreg.errors import InputError as InputError
+    from mvreg.errors import MvregError as MvregError
+    from mvreg.errors import PluginError as PluginError
+    from mvreg.hookspecs import hookimpl as hookimpl
+    from mvreg.pipeline import Pipeline as Pipeline
+    from mvreg.run import Method as Method
+    from mvreg.run import dataset as dataset
+    from mvreg.run import load_method as load_method
+    from mvreg.run import register as register
+    from mvreg.types import Result as Result
+    from mvreg.types import Scan as Scan
+    from mvreg.types import ScanSet as ScanSet
+
+_WHERE = {
+    "InputError": "errors",
+    "Method": "run",
+    "MvregError": "errors",
+    "Pipeline": "pipeline",
+    "PluginError": "errors",
+    "Result": "types",
+    "Scan": "types",
+    "ScanSet": "types",
+    "dataset": "run",
+    "hookimpl": "hookspecs",
+    "load_method": "run",
+    "register": "run",
+}
+
+__all__ = sorted(_WHERE)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _WHERE:
+        raise AttributeError(f"module 'mvreg' has no attribute {name!r}")
+    value = getattr(import_module(f"mvreg.{_WHERE[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -5,8 +5,8 @@ One event per scan and per pair, never per iteration. Observers must not change 
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from mvreg.types import Array, Candidates, Matches, Model, Pair, Registration, Result, ScanSet, View
@@ -23,11 +23,15 @@ class RunStarted:
 
 @dataclass(frozen=True, eq=False)
 class ViewPrepared:
-    """Scan number `index` of `total` is down-sampled and described."""
+    """Scan number `index` of `total` is down-sampled and described.
+
+    `seconds` maps stages to time; all the scans' down-sampling is with the first.
+    """
 
     view: View
     index: int
     total: int
+    seconds: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,162 @@
+"""The stages put together: prepare scans, register a pair (Algorithm 1), grow a model."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+
+from mvreg import contracts, events
+from mvreg.errors import InputError
+from mvreg.nearest import mean_spacing
+from mvreg.normals import Orient, estimate_normals
+from mvreg.types import (
+    Array,
+    Model,
+    Pair,
+    Registration,
+    Scale,
+    Scan,
+    Verdict,
+    View,
+)
+
+
+@contextmanager
+def timed(seconds: dict[str, float], stage: str) -> Iterator[None]:
+    """Add the time spent inside to ``seconds[stage]``."""
+    start = time.perf_counter()
+    try:
+        yield
+    finally:
+        seconds[stage] = seconds.get(stage, 0.0) + time.perf_counter() - start
+
+
+@dataclass(frozen=True)
+class Pipeline:
+    """The stages that a strategy works with; `emit` is told what happens."""
+
+    downsample: contracts.Downsample
+    describe: contracts.Describe
+    seed: contracts.Seed
+    propagate: contracts.Propagate
+    refine: contracts.Refine
+    judge: contracts.Judge
+    augment: contracts.Augment
+    emit: events.Emit = events.ignore
+
+    def observed_by(self, emit: events.Emit) -> Pipeline:
+        """The pipeline, telling `emit` what happens."""
+        return replace(self, emit=emit)
+
+    def with_parameters(self, changes: Mapping[str, Any]) -> Pipeline:
+        """The pipeline with some stages' parameters replaced, by dotted names.
+
+        Raises
+        ------
+        InputError
+            For a name that is not ``kind.parameter`` of one of the stages.
+        """
+        changed = self
+        for name, value in changes.items():
+            kind, _, parameter = name.partition(".")
+            known = {f.name for f in fields(self)} - {"emit"}
+            stage = getattr(changed, kind) if kind in known else None
+            own = [f.name for f in fields(stage)] if stage is not None else sorted(known)
+            if stage is None or parameter not in own:
+                raise InputError(
+                    f"cannot change {name!r}: expected kind.parameter; options: {', '.join(own)}"
+                )
+            changed = replace(changed, **{kind: replace(stage, **{parameter: value})})
+        return changed
+
+    def prepare(self, scans: Sequence[Scan], rng: np.random.Generator) -> list[View]:
+        """Down-sample and describe every scan.
+
+        Raises
+        ------
+        InputError
+            If there are fewer than two scans, or two share a name.
+        """
+        names = [scan.name for scan in scans]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if len(scans) < 2 or twice:
+            found = f"{len(scans)} scan(s)" if len(scans) < 2 else f"{', '.join(twice)} twice"
+            raise InputError(f"expected at least two scans with different names, got {found}")
+        seconds: dict[str, float] = {}
+        with timed(seconds, "downsample"):
+            samples, spacing = self.downsample(scans, rng)
+        resolutions = [mean_spacing(sample.points) for sample in samples]
+        scale = Scale(spacing, float(np.median([r for r in resolutions if r > 0] or [0.0])))
+        views = []
+        for index, (scan, sample) in enumerate(zip(scans, samples, strict=True)):
+            with timed(seconds, "describe"):
+                features = self.describe(scan, sample.keypoints, spacing)
+                normals = estimate_normals(scan, sample.points, Orient.auto)
+            view = View(scan.name, sample.points, normals, features, resolutions[index], scale)
+            views.append(view)
+            self.emit(events.ViewPrepared(view, index, len(scans), seconds))
+            seconds = {}
+        return views
+
+    def register(
+        self,
+        source: View,
+        target: View,
+        accepted: Sequence[Registration],
+        rng: np.random.Generator,
+    ) -> tuple[Registration | None, Pair]:
+        """Register one view to another, or to the model (Algorithm 1).
+
+        Returns
+        -------
+        registration : Registration or None
+            The best of the refined candidates; None if there was no candidate.
+        pair : Pair
+            What is to be remembered of it, the verdict included.
+        """
+        self.emit(events.PairStarted(source, target))
+        seconds: dict[str, float] = {}
+        with timed(seconds, "seed"):
+            seeds = self.seed(source, target)
+        with timed(seconds, "propagate"):
+            candidates = self.propagate(source, target, seeds, rng)
+        with timed(seconds, "refine"):
+            refined = [self.refine(source, target, pose) for pose in candidates.poses]
+        registration = min(refined, key=lambda r: r.objective) if refined else None
+        if registration is None:
+            verdict = Verdict(False, float("inf"), 0.0, "no candidate pose")
+            pair = Pair(source.name, target.name, verdict, seconds=seconds)
+        else:
+            with timed(seconds, "judge"):
+                verdict = self.judge(registration, source, target, accepted)
+            pair = Pair(
+                source.name,
+                target.name,
+                verdict,
+                registration.T_target_source,
+                registration.overlap,
+                registration.trimmed_mse,
+                seconds,
+            )
+        self.emit(events.PairRegistered(source, target, seeds, candidates, registration, pair))
+        return registration, pair
+
+    def begin(self, reference: View) -> Model:
+        """Begin a model with a view, whose frame is the model's."""
+        model = Model.of(reference)
+        self.emit(events.ReferenceChosen(model))
+        return model
+
+    def extend(self, model: Model, source: View, registration: Registration) -> Model:
+        """Merge a view into the model."""
+        seconds: dict[str, float] = {}
+        with timed(seconds, "augment"):
+            model = self.augment(model, source, registration)
+        pose: Array = registration.T_target_source
+        self.emit(events.ViewPlaced(source.name, pose, model, seconds["augment"]))
+        return model

@@ -1,0 +1,251 @@
+"""Run a method on scans: as a library call, and as a job of the command line."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mvreg import contracts, plugins
+from mvreg.errors import InputError
+from mvreg.events import Emit, Event, RunFinished, RunStarted, ViewPlaced, ViewPrepared
+from mvreg.pipeline import Pipeline
+from mvreg.types import Array, Result, Scan, ScanSet, View
+
+if TYPE_CHECKING:
+    from omegaconf import DictConfig
+
+
+@dataclass(frozen=True)
+class Method:
+    """A method under its name: the stages of a pair, the outer loop, and what follows it."""
+
+    name: str
+    pipeline: Pipeline
+    strategy: contracts.Strategy
+    adjust: contracts.Adjust
+
+
+class Stopwatch:
+    """Adds up the time per stage that the events report, and passes them on."""
+
+    def __init__(self, emit: Emit) -> None:
+        self.emit = emit
+        self.seconds: dict[str, float] = {}
+
+    def __call__(self, event: Event) -> None:
+        match event:
+            case ViewPrepared():
+                for stage, seconds in event.seconds.items():
+                    self.add(stage, seconds)
+            case ViewPlaced():
+                self.add("augment", event.seconds)
+        self.emit(event)
+
+    def add(self, stage: str, seconds: float) -> None:
+        self.seconds[stage] = self.seconds.get(stage, 0.0) + seconds
+
+
+def run(
+    scans: Sequence[Scan], method: Method, rng: np.random.Generator, emit: Emit
+) -> tuple[Result, list[View], dict[str, float]]:
+    """Place the scans: prepare, grow, adjust.
+
+    Returns
+    -------
+    result : Result
+    views : list of View
+        The prepared scans, in the order of `scans`.
+    seconds : dict
+        Time per stage, and in all.
+    """
+    import scipy.spatial  # noqa: F401 imports are not part of the time
+
+    start = time.perf_counter()
+    watch = Stopwatch(emit)
+    pipeline = method.pipeline.observed_by(watch)
+    views = pipeline.prepare(scans, rng)
+    result = method.strategy(views, pipeline, rng)
+    before = time.perf_counter()
+    result = method.adjust(result, views)
+    watch.add("adjust", time.perf_counter() - before)
+    watch.add("total", time.perf_counter() - start)
+    return result, views, watch.seconds
+
+
+def as_scans(scans: Sequence[Scan | Array] | ScanSet) -> tuple[Scan, ...]:
+    """Scans from whatever a caller has; bare arrays (N, 3) are named by their position."""
+    if isinstance(scans, ScanSet):
+        return scans.scans
+    return tuple(
+        scan if isinstance(scan, Scan) else Scan(f"scan_{index:03d}", np.asarray(scan))
+        for index, scan in enumerate(scans)
+    )
+
+
+def overrides_from(changes: Mapping[str, object]) -> list[str]:
+    """Hydra's spelling of ``{"seed.top_fraction": 0.5, "refine": "icp"}``."""
+    return [f"{key}={spelled(value)}" for key, value in changes.items()]
+
+
+def spelled(value: object) -> str:
+    """One value as Hydra's override grammar reads it."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, Mapping):
+        return "{" + ",".join(f"{key}:{spelled(v)}" for key, v in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return "[" + ",".join(spelled(v) for v in value) + "]"
+    text = str(value)
+    if isinstance(value, int | float) or re.fullmatch(r"[\w.-]+", text):
+        return text
+    escaped = text.replace("\\", "\\\\").replace("'", "\\'")
+    return f"'{escaped}'"
+
+
+def load_method(name: str = "default", changes: Mapping[str, object] | None = None) -> Method:
+    """The stages of a named method, as the command line would compose them.
+
+    Parameters
+    ----------
+    name : str
+        A method's name, as in ``+method=fcpma``; "default" is what runs without one.
+    changes : mapping, optional
+        Other stages or parameters: ``{"refine": "icp", "seed.top_fraction": 0.5}``.
+
+    Raises
+    ------
+    InputError
+        If there is no such method, stage or parameter; lists the options.
+    """
+    from mvreg.config import compose
+
+    chosen = [] if name == "default" else [f"+method={name}"]
+    return method_from(compose([*chosen, *overrides_from(changes or {})]))
+
+
+def method_from(config: DictConfig) -> Method:
+    """The method that a composed configuration describes."""
+    from mvreg.config import stages_from
+
+    stages = stages_from(config)
+    strategy, adjust = stages.pop("strategy"), stages.pop("adjust")
+    return Method(str(config.method), Pipeline(**stages), strategy, adjust)
+
+
+def dataset(name: str, rng: int = 0, **parameters: object) -> ScanSet:
+    """Load a data set: ``dataset("bunny")``, ``dataset("folder", path="scans")``.
+
+    Parameters
+    ----------
+    name : str
+        A registered data set or a preset; ``python -m mvreg plugins dataset`` lists them.
+    rng : int
+        For an order or motions drawn at random.
+    **parameters
+        The data set's own, such as ``order="shuffle"``.
+
+    Raises
+    ------
+    InputError
+        If there is no such data set or parameter, or the scans cannot be read.
+    """
+    from mvreg.config import compose, stage_from
+
+    changes = {f"dataset.{key}": value for key, value in parameters.items()}
+    config = compose([f"dataset={name}", *overrides_from(changes)])
+    found: ScanSet = stage_from(config, "dataset")(np.random.default_rng(rng))
+    return found
+
+
+def register(
+    scans: Sequence[Scan | Array] | ScanSet,
+    method: str | Method = "default",
+    rng: int = 0,
+    changes: Mapping[str, object] | None = None,
+    observers: Sequence[object] = (),
+) -> Result:
+    """Find the poses of unordered scans.
+
+    Parameters
+    ----------
+    scans : ScanSet, or sequence of Scan or of (N, 3) arrays
+        At least two, in any order, each in a frame of its own, all in the same unit of length.
+    method : str or Method
+        A method's name ("fcpma"), or one put together by hand.
+    rng : int
+        Everything random follows from it.
+    changes : mapping, optional
+        Other stages or parameters: ``{"refine": "icp", "seed.top_fraction": 0.5}``.
+    observers : sequence of objects
+        With a hook ``mvreg_event(event)``, told what happens.
+
+    Returns
+    -------
+    Result
+        `poses` maps names to ``T_model_scan`` (4, 4) in the unit of the scans, the identity for
+        `reference`; `unregistered` names the scans that could not be placed. They are not in
+        `poses`.
+
+    Raises
+    ------
+    InputError
+        For fewer than two scans, arrays that are not (N, 3) or not finite, an unknown method,
+        stage or parameter.
+    """
+    if isinstance(method, str):
+        method = load_method(method, changes)
+    elif changes:
+        raise InputError("changes go with a method's name; this method is put together already")
+    with plugins.observing(*observers):
+        return run(as_scans(scans), method, np.random.default_rng(rng), plugins.emit)[0]
+
+
+def run_job(config: DictConfig, folder: Path) -> Result:
+    """Run what a composed configuration asks for, and keep it in `folder`.
+
+    Interrupted, it leaves what was finished: pairs, and a partial result.
+    """
+    from omegaconf import OmegaConf
+
+    from mvreg.config import stage_from
+    from mvreg.observers.console import Console
+    from mvreg.observers.recorder import Recorder
+    from mvreg.observers.rerun import RerunObserver
+    from mvreg.report import build_report
+
+    plain: dict[str, Any] = OmegaConf.to_container(config, resolve=True, enum_to_str=True)  # type: ignore[assignment]
+    method = method_from(config)
+    start = time.perf_counter()
+    scanset: ScanSet = stage_from(config, "dataset")(np.random.default_rng(config.rng))
+    loading = time.perf_counter() - start
+    recorder, console = Recorder(folder), Console()
+    extra = [RerunObserver(folder / "run.rrd")] if config.rerun else []
+
+    def emit(event: Event) -> None:
+        recorder.mvreg_event(event)  # not as an observer, which may fail: this is the result
+        plugins.emit(event)
+
+    try:
+        with plugins.observing(console, *extra):
+            emit(RunStarted(scanset, method.name, folder))
+            rng = np.random.default_rng(config.rng)
+            result, views, seconds = run(scanset.scans, method, rng, emit)
+            seconds["load"] = loading
+            report = build_report(
+                scanset, views, result, method=method.name, rng=config.rng, seconds=seconds,
+                config=plain,
+            )  # fmt: skip
+            emit(RunFinished(scanset, result, report))
+        return result
+    except KeyboardInterrupt:
+        recorder.finish_interrupted(config.rng, plain)
+        raise
+    finally:
+        for observer in (recorder, console, *extra):
+            observer.close()

@@ -1,0 +1,16 @@
+"""Improve all the poses at once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from mvreg.types import Result, View
+
+
+@dataclass(frozen=True)
+class NoAdjust:
+    """Leave the poses as they are, as the paper does."""
+
+    def __call__(self, result: Result, views: Sequence[View]) -> Result:
+        return result

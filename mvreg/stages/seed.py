@@ -1,0 +1,42 @@
+"""Seed matches: what the descriptors alone propose."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mvreg.errors import InputError
+from mvreg.nearest import WORKERS
+from mvreg.types import Matches, View
+
+
+@dataclass(frozen=True)
+class NearestSeed:
+    """Each source keypoint with its nearest target descriptor; the best share of them is kept.
+
+    Parameters
+    ----------
+    top_fraction : float
+        The paper's delta: this share of the source keypoints, those with the smallest descriptor
+        distances, become seeds (Sec. 3.2). 1 tries every keypoint, as OCPRA and OCPMA do.
+    """
+
+    top_fraction: float = 0.3
+
+    def __post_init__(self) -> None:
+        if not 0 < self.top_fraction <= 1:
+            raise InputError(
+                f"seed.top_fraction: expected a share in (0, 1], got {self.top_fraction}"
+            )
+
+    def __call__(self, source: View, target: View) -> Matches:
+        from scipy.spatial import cKDTree
+
+        own, other = source.features.descriptors, target.features.descriptors
+        if len(own) == 0 or len(other) == 0:
+            return Matches(np.empty((0, 2), dtype=np.intp), np.empty(0))
+        distances, nearest = cKDTree(other).query(own, workers=WORKERS)
+        best = np.argsort(distances, kind="stable")
+        best = best[: int(np.ceil(self.top_fraction * len(own)))]
+        return Matches(np.stack([best, nearest[best]], axis=1), distances[best])

@@ -1,0 +1,64 @@
+"""The outer loop over the scans."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mvreg.errors import InputError
+from mvreg.types import Array, Pair, Registration, Result, View
+
+if TYPE_CHECKING:
+    from mvreg.pipeline import Pipeline
+
+
+@dataclass(frozen=True)
+class GrowStrategy:
+    """Grow one model from the first scan: Algorithm 2 of the paper, repaired.
+
+    Every scan still missing is registered to the model in turn; one judged reliable is merged in.
+    The paper's loop never ends when a whole pass accepts nothing; here the next level of search
+    parameters is tried then, and after the last level the scans left over are reported.
+
+    Parameters
+    ----------
+    levels : list of mappings
+        Parameters by their dotted names, e.g. ``{seed.top_fraction: 1.0}``, that replace the
+        pipeline's at each level; the first is usually empty.
+    """
+
+    levels: list[dict[str, Any]] = field(default_factory=lambda: [{}])
+
+    def __post_init__(self) -> None:
+        if not self.levels:
+            raise InputError("strategy.levels: expected at least one level, [{}]; got none")
+
+    def __call__(
+        self, views: Sequence[View], pipeline: Pipeline, rng: np.random.Generator
+    ) -> Result:
+        pipelines = [pipeline.with_parameters(dict(level)) for level in self.levels]
+        model = pipeline.begin(views[0])
+        poses: dict[str, Array] = {views[0].name: np.eye(4)}
+        waiting = list(views[1:])
+        pairs: list[Pair] = []
+        accepted: list[Registration] = []
+        level = 0
+        while waiting and level < len(pipelines):
+            before = len(waiting)
+            for view in list(waiting):
+                registration, pair = pipelines[level].register(
+                    view, model, accepted, rng.spawn(1)[0]
+                )
+                pairs.append(pair)
+                if registration is None or not pair.verdict.reliable:
+                    continue
+                model = pipeline.extend(model, view, registration)
+                poses[view.name] = registration.T_target_source
+                accepted.append(registration)
+                waiting.remove(view)
+            level = 0 if len(waiting) < before else level + 1
+        names = tuple(view.name for view in waiting)
+        return Result(views[0].name, poses, names, tuple(pairs), model)
