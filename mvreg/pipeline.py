@@ -16,6 +16,7 @@ from mvreg.nearest import mean_spacing
 from mvreg.normals import Orient, estimate_normals
 from mvreg.types import (
     Array,
+    Candidates,
     Model,
     Pair,
     Registration,
@@ -24,6 +25,9 @@ from mvreg.types import (
     Verdict,
     View,
 )
+
+#: Candidates are compared, and brought near their optimum, on every n-th registration point.
+SCREENING = 8
 
 
 @contextmanager
@@ -126,8 +130,7 @@ class Pipeline:
         with timed(seconds, "propagate"):
             candidates = self.propagate(source, target, seeds, rng)
         with timed(seconds, "refine"):
-            refined = [self.refine(source, target, pose) for pose in candidates.poses]
-        registration = min(refined, key=lambda r: r.objective) if refined else None
+            registration = self.refine_best(source, target, candidates)
         if registration is None:
             verdict = Verdict(False, float("inf"), 0.0, "no candidate pose")
             pair = Pair(source.name, target.name, verdict, seconds=seconds)
@@ -145,6 +148,19 @@ class Pipeline:
             )
         self.emit(events.PairRegistered(source, target, seeds, candidates, registration, pair))
         return registration, pair
+
+    def refine_best(
+        self, source: View, target: View, candidates: Candidates
+    ) -> Registration | None:
+        """Refine every candidate on a few points, and the best of them on all; None for none."""
+        if not len(candidates):
+            return None
+        few = replace(
+            source, points=source.points[::SCREENING], normals=source.normals[::SCREENING]
+        )
+        screened = [self.refine(few, target, pose) for pose in candidates.poses]
+        best = min(screened, key=lambda registration: registration.objective)
+        return self.refine(source, target, best.T_target_source)
 
     def begin(self, reference: View) -> Model:
         """Begin a model with a view, whose frame is the model's."""

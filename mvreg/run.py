@@ -225,7 +225,7 @@ def run_job(config: DictConfig, folder: Path) -> Result:
     scanset: ScanSet = stage_from(config, "dataset")(np.random.default_rng(config.rng))
     loading = time.perf_counter() - start
     recorder, console = Recorder(folder), Console()
-    extra = [RerunObserver(folder / "run.rrd")] if config.rerun else []
+    extra: list[RerunObserver] = [RerunObserver(folder / "run.rrd")] if config.rerun else []
 
     def emit(event: Event) -> None:
         recorder.mvreg_event(event)  # not as an observer, which may fail: this is the result
@@ -247,5 +247,5 @@ def run_job(config: DictConfig, folder: Path) -> Result:
         recorder.finish_interrupted(config.rng, plain)
         raise
     finally:
-        for observer in (recorder, console, *extra):
-            observer.close()
+        for close in (recorder.close, console.close, *(observer.close for observer in extra)):
+            close()

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mvreg import se3
 from mvreg.datasets.base import ScanSource
 from mvreg.errors import InputError
 from mvreg.types import Array, Scan, ScanSet
@@ -14,6 +15,8 @@ from mvreg.types import Array, Scan, ScanSet
 ELEVATIONS = (12.0, 34.0, 14.0, -16.0)
 #: Neighbouring views are at most so far apart around the figure (degrees), so that they overlap.
 WIDEST_STEP = 40.0
+#: From the sensor to the figure's centre, in sizes of the figure.
+DISTANCE = 2.5
 
 
 @dataclass(frozen=True)
@@ -74,12 +77,16 @@ class Figurine(ScanSource):
         mesh = shape(self.shape)
         own_rng = np.random.default_rng(self.noise_rng)
         camera = RangeCamera(self.points, noise=self.noise, quantisation=self.quantisation)
+        # Scanners report positions in their measuring volume, and so do these: with its origin at
+        # the sensor, an error of rotation would show as one of translation, ten times too large.
+        standoff = se3.from_parts(np.eye(3), np.array([0, 0, DISTANCE * mesh.size]))
         scans: list[Scan] = []
         poses: dict[str, Array] = {}
         for index, pose in enumerate(_viewpoints(self.views, mesh.centre, mesh.size, own_rng)):
             name = f"{self.name}_{index:02d}"
-            scans.append(camera(mesh, pose, own_rng, name))
-            poses[name] = pose
+            scan = camera(mesh, pose, own_rng, name)
+            scans.append(scan.moved(standoff))
+            poses[name] = pose @ se3.invert(standoff)
         return ScanSet(self.name, tuple(scans), "mm", poses)
 
 
@@ -100,6 +107,6 @@ def _viewpoints(count: int, centre: Array, size: float, rng: np.random.Generator
     for index in range(count):
         wobble = rng.uniform(-1, 1, size=4) * [4, 4, 12, 0.06]
         elevation = ELEVATIONS[index % len(ELEVATIONS)] + wobble[1]
-        distance = 2.5 * size * (1 + wobble[3])
+        distance = DISTANCE * size * (1 + wobble[3])
         poses.append(orbit(centre, distance, index * step + wobble[0], elevation, wobble[2]))
     return poses

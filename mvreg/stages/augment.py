@@ -80,11 +80,11 @@ class ConcatAugment:
         )
 
 
-def mean_normals(own: Array, other: Array, weights: Array, oriented: bool) -> Array:
+def mean_normals(own: Array, other: Array, oriented: bool) -> Array:
     """Unit means of unit normals (..., 3); `own` wins where they cancel."""
     if not oriented:
         other = other * np.where((own * other).sum(axis=-1, keepdims=True) < 0, -1.0, 1.0)
-    total = own + weights * other
+    total = own + other
     norm = np.linalg.norm(total, axis=-1, keepdims=True)
     return np.where(norm > 1e-3, total / np.maximum(norm, 1e-3), own)
 
@@ -109,7 +109,7 @@ def merge(
     Returns
     -------
     list of arrays
-        A, the model's rows without partner; F, the fused; B, the view's rows without partner.
+        Eqs. (10) and (13): A, the model's rows without partner; F, the fused; B, the view's rows without partner.
     """
     theirs, ours = pairs.T
     alone = np.setdiff1d(np.arange(len(own[0])), ours)
@@ -126,10 +126,8 @@ def merge(
             fused_other[1] = other[1][theirs[first]]
     merged = []
     for column, (mine, yours) in enumerate(zip(fused_own, fused_other, strict=True)):
-        if column == 1:
-            fused = mean_normals(mine, yours, np.float64(1.0), oriented)
-        else:
-            fused = (mine + yours) / 2  # Eqs. (10), (13)
+        normals = column == 1
+        fused = mean_normals(mine, yours, oriented) if normals else (mine + yours) / 2
         merged.append(np.concatenate([own[column][alone], fused, other[column][new]]))
     return merged
 
@@ -190,4 +188,6 @@ def same_side(pairs: Indices, source: Array, target: Array, oriented: bool) -> I
     """The pairs (P, 2) whose normals do not oppose each other."""
     if not oriented:
         return pairs
-    return pairs[(source[pairs[:, 0]] * target[pairs[:, 1]]).sum(axis=1) >= 0]
+    facing = (source[pairs[:, 0]] * target[pairs[:, 1]]).sum(axis=1) >= 0
+    same: Indices = pairs[facing]
+    return same

@@ -93,20 +93,8 @@ class TrimmedICP:
             )
 
     def __call__(self, source: View, target: View, T_init: Array) -> Registration:
-        transform, previous, converged = T_init, np.inf, False
         bound = 4 * source.scale.spacing
-        for iteration in range(1, self.max_iterations + 1):  # noqa: B007 reported below
-            moved = se3.apply(transform, source.points)
-            pairs = trimmed_pairs(target, moved, bound, self.min_overlap, self.exponent)
-            if previous - pairs.objective <= self.tolerance * pairs.objective:
-                converged = True
-                break
-            previous = pairs.objective
-            bound = max(2 * pairs.distances[-1], 1e-9 * source.scale.spacing)
-            transform = se3.fit(source.points[pairs.chosen], target.points[pairs.targets])
-        else:  # the pairs must belong to the pose that is returned
-            moved = se3.apply(transform, source.points)
-            pairs = trimmed_pairs(target, moved, bound, self.min_overlap, self.exponent)
+        transform, pairs, iterations, converged = self.iterate(source.points, target, T_init, bound)
         return Registration(
             source=source.name,
             target=target.name,
@@ -117,9 +105,30 @@ class TrimmedICP:
             pairs=np.stack([pairs.chosen, pairs.targets], axis=1),
             distances=pairs.distances,
             trim_distance=float(pairs.distances[-1]),
-            iterations=iteration,
+            iterations=iterations,
             converged=converged,
         )
+
+    def iterate(
+        self, points: Array, target: View, transform: Array, bound: float
+    ) -> tuple[Array, Trim, int, bool]:
+        """Pair, trim and fit `points` (N, 3) in turn, from `transform` until psi stands still.
+
+        Returns the pose, the pairs that belong to it, the number of iterations and whether psi
+        stood still.
+        """
+        previous = np.inf
+        for iteration in range(self.max_iterations + 1):
+            moved = se3.apply(transform, points)
+            pairs = trimmed_pairs(target, moved, bound, self.min_overlap, self.exponent)
+            if previous - pairs.objective <= self.tolerance * pairs.objective:
+                return transform, pairs, iteration, True
+            if iteration == self.max_iterations:
+                break
+            previous = pairs.objective
+            bound = max(2 * pairs.distances[-1], 1e-9 * target.scale.spacing)
+            transform = se3.fit(points[pairs.chosen], target.points[pairs.targets])  # Eq. (5)
+        return transform, pairs, iteration, False
 
 
 @dataclass(frozen=True)
