@@ -36,6 +36,7 @@ def mvreg_stages() -> dict[str, type]:
         "refine/tricp": refine.TrimmedICP,
         "refine/icp": refine.ICP,
         "judge/tmse": judge.TmseJudge,
+        "judge/tmse_surface": judge.TmseSurfaceJudge,
         "judge/point_to_plane": judge.PointToPlaneJudge,
         "augment/concat": augment.ConcatAugment,
         "augment/merge": augment.MergeAugment,

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mvreg import contracts, events
+from mvreg import contracts, events, plugins
 from mvreg.errors import InputError
 from mvreg.nearest import mean_spacing
 from mvreg.normals import Orient, estimate_normals
@@ -60,22 +60,28 @@ class Pipeline:
     def with_parameters(self, changes: Mapping[str, Any]) -> Pipeline:
         """The pipeline with some stages' parameters replaced, by dotted names.
 
+        A stage that lacks a parameter which another registered stage of its kind has stays as it
+        is: what suits one judge must not shut out another.
+
         Raises
         ------
         InputError
-            For a name that is not ``kind.parameter`` of one of the stages.
+            For a name that is not ``kind.parameter`` of any stage.
         """
         changed = self
         for name, value in changes.items():
             kind, _, parameter = name.partition(".")
-            known = {f.name for f in fields(self)} - {"emit"}
-            stage = getattr(changed, kind) if kind in known else None
-            own = [f.name for f in fields(stage)] if stage is not None else sorted(known)
-            if stage is None or parameter not in own:
+            stage = getattr(changed, kind) if kind in STAGES else None
+            if stage is not None and parameter in parameters_of(stage):
+                changed = replace(changed, **{kind: replace(stage, **{parameter: value})})
+                continue
+            registered = [s.cls for s in plugins.stages().values() if s.kind == kind]
+            if not any(parameter in parameters_of(cls) for cls in registered):
+                options = parameters_of(stage) if stage is not None else STAGES
                 raise InputError(
-                    f"cannot change {name!r}: expected kind.parameter; options: {', '.join(own)}"
+                    f"cannot change {name!r}: expected kind.parameter; options: "
+                    f"{', '.join(options)}"
                 )
-            changed = replace(changed, **{kind: replace(stage, **{parameter: value})})
         return changed
 
     def prepare(self, scans: Sequence[Scan], rng: np.random.Generator) -> list[View]:
@@ -176,3 +182,12 @@ class Pipeline:
         pose: Array = registration.T_target_source
         self.emit(events.ViewPlaced(source.name, pose, model, seconds["augment"]))
         return model
+
+
+#: The kinds of stage in a pipeline.
+STAGES = [field.name for field in fields(Pipeline) if field.name != "emit"]
+
+
+def parameters_of(stage: Any) -> list[str]:
+    """The names of the parameters of a stage or of its class."""
+    return [field.name for field in fields(stage)]

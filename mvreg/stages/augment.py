@@ -109,7 +109,7 @@ def merge(
     Returns
     -------
     list of arrays
-        Eqs. (10) and (13): A, the model's rows without partner; F, the fused; B, the view's rows without partner.
+        Eqs. (10), (13): A, the model's rows without partner; F, the fused; B, the view's others.
     """
     theirs, ours = pairs.T
     alone = np.setdiff1d(np.arange(len(own[0])), ours)

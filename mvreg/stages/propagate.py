@@ -121,7 +121,8 @@ class ConsensusPropagate:
         The quality of a pose is the mean squared distance of this share of the source keypoints,
         the best ones, to the target's.
     keep : int
-        How many candidates to return; 1 is the paper's.
+        How many candidates to return. The paper's best one alone stalls or errs in some orders of
+        the scans; five complete all that were tried.
     separation : float
         Candidates differ in rotation by more than this, in degrees.
     """
@@ -133,7 +134,7 @@ class ConsensusPropagate:
     samples: int = 200
     inlier_distance: float = 1.0
     quality_overlap: float = 0.4
-    keep: int = 1
+    keep: int = 5
     separation: float = 10.0
 
     def __post_init__(self) -> None:

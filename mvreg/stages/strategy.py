@@ -15,22 +15,34 @@ if TYPE_CHECKING:
     from mvreg.pipeline import Pipeline
 
 
+def careful_levels() -> list[dict[str, Any]]:
+    """First what overlaps well, then what overlaps less, at last with a wider search."""
+    return [
+        {"judge.min_overlap": 0.6},
+        {"judge.min_overlap": 0.5},
+        {"judge.min_overlap": 0.45, "seed.top_fraction": 1.0, "propagate.keep": 15},
+    ]
+
+
 @dataclass(frozen=True)
 class GrowStrategy:
     """Grow one model from the first scan: Algorithm 2 of the paper, repaired.
 
     Every scan still missing is registered to the model in turn; one judged reliable is merged in.
     The paper's loop never ends when a whole pass accepts nothing; here the next level of search
-    parameters is tried then, and after the last level the scans left over are reported.
+    parameters is tried then, and after the last level the scans left over are reported. Nor does
+    the paper say how doubtful a scan may be early on, when the model is small and a wrong one does
+    the most harm: the levels let those that overlap well come first.
 
     Parameters
     ----------
     levels : list of mappings
         Parameters by their dotted names, e.g. ``{seed.top_fraction: 1.0}``, that replace the
-        pipeline's at each level; the first is usually empty.
+        pipeline's at each level; stages without such a parameter stay as they are. ``[{}]`` is the
+        paper's loop.
     """
 
-    levels: list[dict[str, Any]] = field(default_factory=lambda: [{}])
+    levels: list[dict[str, Any]] = field(default_factory=careful_levels)
 
     def __post_init__(self) -> None:
         if not self.levels:
