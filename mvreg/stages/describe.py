@@ -90,7 +90,9 @@ class SpectrumDescribe:
     def __call__(self, scan: Scan, keypoints: Array, spacing: float) -> Features:
         radii = np.arange(1, self.scales + 1) * spacing / 2
         count, _, second = neighbourhood_moments(scan, keypoints, radii)
-        dense = count[:, 0] >= self.min_neighbours
+        spread = np.trace(second[:, 0], axis1=1, axis2=2) / np.maximum(count[:, 0], 1)
+        # Neighbours that all lie on the keypoint have no shape.
+        dense = (count[:, 0] >= self.min_neighbours) & (spread > (1e-9 * radii[0]) ** 2)
         keypoints, second = keypoints[dense], second[dense]
         values, vectors = np.linalg.eigh(second)
         spectrum = values[..., ::-1] / values.sum(axis=-1, keepdims=True)
@@ -142,4 +144,5 @@ class EigenvaluesDescribe:
         descriptors = np.sqrt(np.clip(values[..., ::-1], 0, None)) / radii[:, None]
         normals = vectors[:, self.normal_scale : self.normal_scale + 1, :, 0]
         normals, oriented = orient(normals, keypoints, scan, self.orient)
-        return Features(keypoints, normals, descriptors.reshape(len(keypoints), -1), oriented)
+        descriptors = descriptors.reshape(len(keypoints), 3 * len(radii))  # -1 fails for none
+        return Features(keypoints, normals, descriptors, oriented)
