@@ -1,0 +1,112 @@
+"""The contract of `adjust`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache
+from typing import Any, ClassVar
+
+import numpy as np
+
+from mvreg import contracts, se3
+from mvreg.testing.base import StageContract
+from mvreg.testing.refine import nudge
+from mvreg.testing.results import assert_result, misplacement
+from mvreg.testing.scans import blob_scans
+from mvreg.testing.views import (
+    AXES_SWAPPED,
+    MOTION,
+    UNITS,
+    blob_views,
+    degenerate_views,
+    moved_view,
+    scaled_pose,
+    scaled_view,
+)
+from mvreg.types import Array, Result, View
+
+
+@cache
+def nearly_right(degrees: float = 0.5, resolutions: float = 0.3) -> Result:
+    """The poses of `blob_views`, each but the first a little off."""
+    views, truth = blob_views(3), blob_scans(3).poses or {}
+    first = truth[views[0].name]
+    poses = {views[0].name: np.eye(4)}
+    for index, view in enumerate(views[1:]):
+        off = nudge(view, degrees * (-1) ** index, resolutions)
+        poses[view.name] = se3.invert(first) @ truth[view.name] @ off
+    return Result(views[0].name, poses, (), ())
+
+
+class AdjustContract(StageContract):
+    """Poses get no worse, and no scan is lost or invented."""
+
+    stage: contracts.Adjust
+    kind = "adjust"
+    #: How far points may be from where they belong, in resolutions, where they began less far.
+    slack: ClassVar[float] = 0.2
+    #: How far apart the poses found in two frames may be, in resolutions.
+    tolerance: ClassVar[float] = 0.01
+
+    def examples(self) -> dict[str, tuple[Any, ...]]:
+        views, result = list(blob_views(3)), nearly_right()
+        left = views[2].name
+        poses = {name: pose for name, pose in result.poses.items() if name != left}
+        return {
+            "all placed": (result, views),
+            "one not placed": (replace(result, poses=poses, unregistered=(left,)), views),
+        }
+
+    def degenerate(self) -> dict[str, tuple[Any, ...]]:
+        good = blob_views(3)[0]
+        alone = Result(good.name, {good.name: np.eye(4)}, (), ())
+        cases: dict[str, tuple[Any, ...]] = {"only the reference": (alone, [good])}
+        for name, view in degenerate_views().items():
+            poses = {good.name: np.eye(4), "poor": np.eye(4), "other": np.eye(4)}
+            views = [good, replace(view, name="poor"), replace(view, name="other")]
+            cases[name] = (Result(good.name, poses, (), ()), views)
+        return cases
+
+    def verify(self, arguments: tuple[Any, ...], answer: Any) -> None:
+        result, views = arguments
+        assert_result(answer, views)
+        assert answer.reference == result.reference
+        assert set(answer.poses) == set(result.poses), "a scan is lost or invented"
+        assert answer.pairs == result.pairs
+
+    def misplaced(self, result: Result, views: Sequence[View]) -> float:
+        """How far the worst placed point is off, in resolutions."""
+        return misplacement(result.poses, blob_scans(3).poses or {}, views, result.reference)
+
+    def test_poses_get_no_worse(self) -> None:
+        for result, views in self.examples().values():
+            after = self.misplaced(self.call(result, views), views)
+            assert after <= max(self.misplaced(result, views), self.slack)
+
+    def test_poses_move_with_the_views(self) -> None:
+        result, views = self.examples()["all placed"]
+        motions = dict(zip(result.poses, (MOTION, AXES_SWAPPED, np.eye(4)), strict=True))
+        poses = {name: self.elsewhere(result, name, motions) for name in result.poses}
+        there = [moved_view(view, motions[view.name]) for view in views]
+        new, old = self.call(replace(result, poses=poses), there), self.call(result, views)
+        expected = {name: self.elsewhere(old, name, motions) for name in old.poses}
+        assert misplacement(new.poses, expected, there, new.reference) < self.tolerance
+
+    def elsewhere(self, result: Result, name: str, motions: dict[str, Array]) -> Array:
+        """The pose that a scan has when all scans have moved."""
+        first, own = motions[result.reference], motions[name]
+        if name == result.reference:
+            return np.eye(4)
+        pose: Array = first @ result.poses[name] @ se3.invert(own)
+        return pose
+
+    def test_the_unit_of_length_does_not_matter(self) -> None:
+        result, views = self.examples()["all placed"]
+        old = self.call(result, views)
+        for unit in UNITS:
+            poses = {name: scaled_pose(pose, unit) for name, pose in result.poses.items()}
+            there = [scaled_view(view, unit) for view in views]
+            new = self.call(replace(result, poses=poses), there)
+            expected = {name: scaled_pose(pose, unit) for name, pose in old.poses.items()}
+            assert misplacement(new.poses, expected, there, new.reference) < 1e-6

@@ -1,0 +1,121 @@
+"""How tests compare what stages take and give: bit for bit, or by what it means."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+import numpy as np
+
+from mvreg import se3
+from mvreg.types import Array, Indices
+
+
+def digest(value: Any) -> str:
+    """A text that is the same for two values only if they are equal to the last bit.
+
+    Records, mappings, sequences and arrays are walked through; random generators count as nothing,
+    because drawing from them is allowed.
+    """
+    found = hashlib.sha256()
+    for part in parts(value):
+        found.update(part)
+    return found.hexdigest()
+
+
+def parts(value: Any) -> Iterator[bytes]:
+    """The bytes that make up a value."""
+    if isinstance(value, np.random.Generator) or (callable(value) and not is_dataclass(value)):
+        return
+    if isinstance(value, np.ndarray):
+        yield f"{value.dtype}{value.shape}".encode()
+        yield np.ascontiguousarray(value).tobytes()
+    elif is_dataclass(value):
+        yield type(value).__qualname__.encode()
+        for field in fields(value):
+            yield field.name.encode()
+            yield from parts(getattr(value, field.name))
+    elif isinstance(value, Mapping):
+        for key, item in value.items():
+            yield repr(key).encode()
+            yield from parts(item)
+    elif isinstance(value, list | tuple):
+        yield f"{type(value).__name__}{len(value)}".encode()
+        for item in value:
+            yield from parts(item)
+    else:
+        yield repr(value).encode()
+
+
+def locked(value: Any) -> Any:
+    """The same value, its arrays made read-only: writing to them raises ValueError."""
+    if isinstance(value, np.ndarray):
+        value.flags.writeable = False
+    elif is_dataclass(value):
+        for field in fields(value):
+            locked(getattr(value, field.name))
+    elif isinstance(value, list | tuple):
+        for item in value:
+            locked(item)
+    elif isinstance(value, Mapping):
+        locked(list(value.values()))
+    return value
+
+
+@contextmanager
+def case(name: str) -> Iterator[None]:
+    """Say in which case a check failed."""
+    try:
+        yield
+    except Exception as error:
+        error.add_note(f"in the case: {name}")
+        raise
+
+
+def assert_finite(**arrays: Any) -> None:
+    """No NaN, no infinity."""
+    for name, array in arrays.items():
+        assert np.isfinite(array).all(), f"{name} is not finite: {array}"
+
+
+def assert_unit(vectors: Array) -> None:
+    """Vectors (..., 3) of length 1."""
+    assert_finite(vectors=vectors)
+    assert vectors.shape[-1] == 3
+    np.testing.assert_allclose(np.linalg.norm(vectors, axis=-1), 1, atol=1e-9)
+
+
+def assert_rigid(transform: Array) -> None:
+    """A proper rigid motion (4, 4), float64."""
+    assert transform.shape == (4, 4), f"expected a pose (4, 4), got {transform.shape}"
+    assert transform.dtype == np.float64
+    assert_finite(pose=transform)
+    rotation = transform[:3, :3]
+    np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-9)
+    assert np.linalg.det(rotation) > 0, "a reflection is no rigid motion"
+    np.testing.assert_array_equal(transform[3], [0, 0, 0, 1])
+
+
+def assert_indices(indices: Indices, source: int, target: int) -> None:
+    """Index pairs (M, 2) into `source` and `target` rows."""
+    assert indices.ndim == 2, f"expected (M, 2) indices, got {indices.shape}"
+    assert indices.shape[1] == 2, f"expected (M, 2) indices, got {indices.shape}"
+    assert np.issubdtype(indices.dtype, np.integer), f"indices have type {indices.dtype}"
+    assert (indices >= 0).all(), "an index is negative"
+    assert (indices < [source, target]).all(), "an index is out of range"
+
+
+def apart(first: Array, second: Array, points: Array) -> float:
+    """How far apart two poses (4, 4) put points (N, 3), at most (length)."""
+    gaps = se3.apply(first, points) - se3.apply(second, points)
+    return float(np.linalg.norm(gaps, axis=1).max())
+
+
+def sorted_rows(rows: Array) -> Array:
+    """Rows (N, C) in an order that depends only on their values, to 9 decimals."""
+    order = np.lexsort(np.round(rows, 9).T[::-1])
+    found: Array = rows[order]
+    return found

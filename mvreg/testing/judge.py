@@ -1,0 +1,121 @@
+"""The contract of `judge`."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from mvreg import contracts, se3
+from mvreg.stages.refine import TrimmedICP
+from mvreg.testing.base import StageContract
+from mvreg.testing.compare import case
+from mvreg.testing.views import (
+    AXES_SWAPPED,
+    MOTION,
+    UNITS,
+    degenerate_pairs,
+    moved_view,
+    overlap,
+    registration,
+    scaled_registration,
+    scaled_view,
+)
+from mvreg.types import Registration, Verdict, View
+
+
+@cache
+def right() -> Registration:
+    """The two views that overlap, registered well."""
+    pair = overlap()
+    return TrimmedICP()(pair.source, pair.target, pair.T_target_source)
+
+
+@cache
+def wrong(degrees: float = 150.0) -> Registration:
+    """The same two views, the source turned about its middle, as well as it fits then."""
+    pair = overlap()
+    centre = pair.source.points.mean(axis=0)
+    half = np.deg2rad(degrees) / 2
+    turn = se3.rotation_from_quaternion(np.array([np.sin(half), 0, 0, np.cos(half)]))
+    turned = se3.from_parts(turn, centre - turn @ centre)
+    found = TrimmedICP()(pair.source, pair.target, pair.T_target_source @ turned)
+    off = se3.rotation_angle(found.T_target_source, pair.T_target_source)
+    assert np.rad2deg(off) > 20, "the refinement found the right pose again"
+    return found
+
+
+class JudgeContract(StageContract):
+    """Right is accepted and wrong is not, in every frame and unit."""
+
+    stage: contracts.Judge
+    kind = "judge"
+
+    def examples(self) -> dict[str, tuple[Any, ...]]:
+        pair = overlap()
+        return {
+            "right, the first": (right(), pair.source, pair.target, ()),
+            "right, a later one": (right(), pair.source, pair.target, (right(), right())),
+            "wrong, the first": (wrong(), pair.source, pair.target, ()),
+            "wrong, a later one": (wrong(), pair.source, pair.target, [right()]),
+        }
+
+    def degenerate(self) -> dict[str, tuple[Any, ...]]:
+        cases: dict[str, tuple[Any, ...]] = {}
+        for name, (source, target) in degenerate_pairs().items():
+            found = registration(source, target, np.eye(4))
+            cases[name] = (found, source, target, ())
+            cases[f"{name}, later"] = (found, source, target, (found, right()))
+        return cases
+
+    def verify(self, arguments: tuple[Any, ...], answer: Any) -> None:
+        assert isinstance(answer, Verdict)
+        assert isinstance(answer.reliable, bool)
+        assert isinstance(answer.score, float)
+        assert isinstance(answer.threshold, float)
+        assert not np.isnan([answer.score, answer.threshold]).any(), "NaN is no verdict"
+        assert answer.reason.strip(), "a verdict gives its reason"
+
+    def test_right_is_accepted(self) -> None:
+        for name, arguments in self.examples().items():
+            if name.startswith("right"):
+                with case(name):
+                    assert self.call(*arguments).reliable
+
+    def test_wrong_is_not_accepted(self) -> None:
+        pair = overlap()
+        for degrees in (90.0, 150.0, 180.0):
+            for accepted in ((), (right(), right())):
+                with case(f"turned by {degrees} degrees"):
+                    verdict = self.call(wrong(degrees), pair.source, pair.target, accepted)
+                    assert not verdict.reliable
+
+    def test_the_frame_does_not_matter(self) -> None:
+        for name, (found, source, target, accepted) in self.examples().items():
+            with case(name):
+                old = self.call(found, source, target, accepted)
+                pose = AXES_SWAPPED @ found.T_target_source @ se3.invert(MOTION)
+                there = moved_view(source, MOTION), moved_view(target, AXES_SWAPPED)
+                self.same(old, self.call(replace(found, T_target_source=pose), *there, accepted))
+
+    def test_the_unit_of_length_does_not_matter(self) -> None:
+        for name, (found, source, target, accepted) in self.examples().items():
+            with case(name):
+                old = self.call(found, source, target, accepted)
+                for unit in UNITS:
+                    others: tuple[Registration, View, View] = (
+                        scaled_registration(found, unit),
+                        scaled_view(source, unit),
+                        scaled_view(target, unit),
+                    )
+                    before = [scaled_registration(one, unit) for one in accepted]
+                    self.same(old, self.call(*others, before))
+
+    def same(self, old: Verdict, new: Verdict) -> None:
+        """Check that two verdicts agree; scores may have a unit, their ratio has none."""
+        assert (new.reliable, new.reason) == (old.reliable, old.reason)
+        if old.threshold:
+            ratio = new.score / new.threshold
+            np.testing.assert_allclose(ratio, old.score / old.threshold, rtol=1e-6)

@@ -1,0 +1,130 @@
+"""The contract of `propagate`."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+
+from mvreg import contracts, se3
+from mvreg.testing.base import StageContract
+from mvreg.testing.compare import (
+    apart,
+    assert_finite,
+    assert_indices,
+    assert_rigid,
+    case,
+)
+from mvreg.testing.views import (
+    AXES_SWAPPED,
+    MOTION,
+    UNITS,
+    degenerate_pairs,
+    moved_view,
+    overlap,
+    pipeline,
+    scaled_pose,
+    scaled_view,
+    shuffled_view,
+)
+from mvreg.types import Array, Candidates, Matches, View
+
+
+class PropagateContract(StageContract):
+    """The right pose is among the candidates, wherever the views are."""
+
+    stage: contracts.Propagate
+    kind = "propagate"
+    draws = True
+    #: How far the best of the candidates is from the truth, at most: degrees, and spacings.
+    max_angle: ClassVar[float] = 15.0
+    max_shift: ClassVar[float] = 1.5
+    #: How far apart the first candidates in two frames may be, in spacings.
+    tolerance: ClassVar[float] = 0.01
+
+    def seeds(self, source: View, target: View) -> Matches:
+        """The seeds to spread."""
+        return pipeline().seed(source, target)
+
+    def examples(self) -> dict[str, tuple[Any, ...]]:
+        pair = overlap()
+        return {"overlap": (pair.source, pair.target, self.seeds(pair.source, pair.target))}
+
+    def degenerate(self) -> dict[str, tuple[Any, ...]]:
+        cases = {
+            name: (source, target, self.seeds(source, target))
+            for name, (source, target) in degenerate_pairs().items()
+        }
+        good = overlap()
+        none = Matches(np.empty((0, 2), dtype=np.intp), np.empty(0))
+        return {**cases, "no seeds": (good.source, good.target, none)}
+
+    def verify(self, arguments: tuple[Any, ...], answer: Any) -> None:
+        source, target, _ = arguments
+        assert isinstance(answer, Candidates)
+        count = len(answer)
+        assert answer.poses.shape == (count, 4, 4)
+        assert answer.scores.shape == (count,)
+        assert len(answer.matches) == count
+        assert_finite(scores=answer.scores)
+        assert (np.diff(answer.scores) >= 0).all(), "candidates must come best first"
+        for pose, matches in zip(answer.poses, answer.matches, strict=True):
+            assert_rigid(pose)
+            sizes = (len(view.features.keypoints) for view in (source, target))
+            assert_indices(matches, *sizes)
+
+    def close(self, answer: Candidates, truth: Array, view: View) -> bool:
+        """Whether one of the candidates is near the truth."""
+        angles = np.rad2deg(se3.rotation_angle(answer.poses, truth))
+        centre = view.points.mean(axis=0)
+        shifts = np.linalg.norm(
+            [se3.apply(pose, centre) - se3.apply(truth, centre) for pose in answer.poses], axis=1
+        )
+        near = (angles < self.max_angle) & (shifts < self.max_shift * view.scale.spacing)
+        return bool(near.any())
+
+    def test_views_that_overlap_are_found(self) -> None:
+        pair = overlap()
+        answer = self.call(pair.source, pair.target, self.seeds(pair.source, pair.target))
+        assert self.close(answer, pair.T_target_source, pair.source)
+
+    def test_a_view_finds_itself(self) -> None:
+        view = overlap().source
+        other = moved_view(view, MOTION)
+        assert self.close(self.call(view, other, self.seeds(view, other)), MOTION, view)
+
+    def test_what_has_no_keypoints_has_no_candidates(self) -> None:
+        for name, arguments in self.degenerate().items():
+            if any(word in name for word in ("no seeds", "no keypoints", "one point")):
+                with case(name):
+                    assert len(self.call(*arguments)) == 0
+
+    def test_poses_move_with_the_views(self) -> None:
+        pair = overlap()
+        seeds = self.seeds(pair.source, pair.target)
+        old = self.call(pair.source, pair.target, seeds).poses[0]
+        for first, second in [(AXES_SWAPPED, np.eye(4)), (np.eye(4), AXES_SWAPPED),
+                              (MOTION, se3.invert(MOTION))]:  # fmt: skip
+            source, target = moved_view(pair.source, first), moved_view(pair.target, second)
+            new = self.call(source, target, seeds).poses[0]
+            expected = second @ old @ se3.invert(first)
+            limit = self.tolerance * source.scale.spacing
+            assert apart(new, expected, source.features.keypoints) < limit
+
+    def test_the_unit_of_length_does_not_matter(self) -> None:
+        pair = overlap()
+        seeds = self.seeds(pair.source, pair.target)
+        old = self.call(pair.source, pair.target, seeds)
+        for unit in UNITS:
+            new = self.call(scaled_view(pair.source, unit), scaled_view(pair.target, unit), seeds)
+            assert len(new) == len(old)
+            for pose, expected in zip(new.poses, old.poses, strict=True):
+                limit = 1e-6 * pair.source.scale.spacing
+                assert apart(scaled_pose(pose, 1 / unit), expected, pair.source.points) < limit
+
+    def test_the_order_of_the_keypoints_hardly_matters(self) -> None:
+        """What is drawn at random differs; what is found must not."""
+        pair = overlap()
+        source, target = shuffled_view(pair.source, 1)[0], shuffled_view(pair.target, 2)[0]
+        answer = self.call(source, target, self.seeds(source, target))
+        assert self.close(answer, pair.T_target_source, source)

@@ -1,0 +1,59 @@
+"""What must hold for every result of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from mvreg import se3
+from mvreg.testing.compare import apart, assert_rigid
+from mvreg.types import Array, Pair, Result, Verdict, View
+
+
+def assert_result(result: Result, views: Sequence[View]) -> None:
+    """Every view has a pose or is reported, once; the reference stays where it is."""
+    assert isinstance(result, Result)
+    names = [view.name for view in views]
+    assert result.reference in names
+    np.testing.assert_array_equal(result.poses[result.reference], np.eye(4))
+    placed, left = list(result.poses), list(result.unregistered)
+    assert sorted(placed + left) == sorted(names), "every view is placed or reported, once"
+    assert isinstance(result.unregistered, tuple)
+    assert isinstance(result.pairs, tuple)
+    for pose in result.poses.values():
+        assert_rigid(pose)
+    for pair in result.pairs:
+        assert_pair(pair, {*names, "model"})
+
+
+def assert_pair(pair: Pair, names: set[str]) -> None:
+    """The record of an attempt is complete, or says that there was no candidate."""
+    assert isinstance(pair, Pair)
+    assert {pair.source, pair.target} <= names
+    assert isinstance(pair.verdict, Verdict)
+    empty = [x is None for x in (pair.T_target_source, pair.overlap, pair.trimmed_mse)]
+    assert all(empty) or not any(empty)
+    assert not (all(empty) and pair.verdict.reliable), "reliable without a pose"
+
+
+def misplacement(
+    poses: Mapping[str, Array], truth: Mapping[str, Array], views: Sequence[View], reference: str
+) -> float:
+    """How far the worst placed point is from where it belongs, in resolutions.
+
+    Parameters
+    ----------
+    poses, truth : mappings of name to (4, 4) array
+        ``T_model_scan`` and ``T_world_scan``; compared in the frame of `reference`.
+    views : sequence of View
+        Their points are asked.
+    reference : str
+        The view whose frame is the model's.
+    """
+    rebased = {name: se3.invert(truth[reference]) @ truth[name] for name in poses}
+    return max(
+        apart(poses[view.name], rebased[view.name], view.points) / view.scale.resolution
+        for view in views
+        if view.name in poses
+    )
