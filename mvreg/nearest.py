@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 #: Queries run on all cores; the answers do not depend on how many there are.
 WORKERS = -1
+#: Fewer queries than this are answered before threads have started.
+FEW = 2000
 
 
 def build_tree(points: Array) -> cKDTree:
@@ -33,7 +35,8 @@ def nearest(tree: cKDTree, queries: Array, bound: float = np.inf) -> tuple[Array
     indices : (M,) array
         ``tree.n`` where there is no neighbour within the bound.
     """
-    distances, indices = tree.query(queries, distance_upper_bound=bound, workers=WORKERS)
+    workers = WORKERS if len(queries) > FEW else 1
+    distances, indices = tree.query(queries, distance_upper_bound=bound, workers=workers)
     return distances, indices
 
 
