@@ -76,7 +76,7 @@ class Pipeline:
                 changed = replace(changed, **{kind: replace(stage, **{parameter: value})})
                 continue
             registered = [s.cls for s in plugins.stages().values() if s.kind == kind]
-            if not any(parameter in parameters_of(cls) for cls in registered):
+            if stage is None or not any(parameter in parameters_of(cls) for cls in registered):
                 options = parameters_of(stage) if stage is not None else STAGES
                 raise InputError(
                     f"cannot change {name!r}: expected kind.parameter; options: "
