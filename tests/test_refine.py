@@ -1,0 +1,126 @@
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mvreg import se3
+from mvreg.errors import InputError
+from mvreg.stages.refine import ICP, TrimmedICP, trim, trimmed_pairs
+from mvreg.testing import blob_views, overlap
+from mvreg.testing.refine import nudge
+
+quick = settings(max_examples=60, deadline=None)
+rngs = st.integers(0, 2**32 - 1).map(np.random.default_rng)
+shares = st.sampled_from([0.01, 0.25, 0.4, 0.5, 0.77, 1.0])
+exponents = st.sampled_from([0.0, 1.0, 2.0, 3.0])
+
+
+def psi(squares, size, exponent):
+    """Eq. (4), written out."""
+    return np.mean(squares) / (len(squares) / size) ** (1 + exponent)
+
+
+@quick
+@given(rngs, st.integers(1, 9), shares, exponents)
+def test_trimming_is_the_best_of_all_subsets(rng, size, share, exponent):
+    distances = np.sort(rng.uniform(size=size) ** rng.integers(1, 5))
+    keep, objective = trim(distances, share, exponent)
+    least = max(int(np.ceil(share * size)), 1)
+    subsets = (s for k in range(least, size + 1) for s in combinations(distances**2, k))
+    assert least <= keep <= size
+    assert objective == pytest.approx(min(psi(s, size, exponent) for s in subsets))
+    assert objective == pytest.approx(psi(distances[:keep] ** 2, size, exponent))
+
+
+def test_trimming_by_hand():
+    keep, objective = trim(np.array([1.0, 1.0, 1.0, 10.0]), 0.4, 2.0)
+    assert keep == 3
+    assert objective == pytest.approx(1 / 0.75**3)
+    assert trim(np.array([1.0, 1.0, 1.0, 1.1]), 0.4, 2.0)[0] == 4
+    assert trim(np.array([0.0, 9.0]), 0.5, 2.0) == (1, 0.0)
+    assert trim(np.zeros(3), 0.1, 2.0)[1] == 0.0
+
+
+@quick
+@given(rngs, shares, exponents, st.sampled_from([1e-3, 0.1, 1.0, 30.0, 1e4]))
+def test_a_bound_does_not_change_the_pairs(rng, share, exponent, bound):
+    pair = overlap()
+    points = pair.source.points[rng.permutation(len(pair.source.points))[:60]]
+    moved = se3.apply(pair.T_target_source @ nudge(pair.source, 5 * rng.random(), 3), points)
+    free = trimmed_pairs(pair.target, moved, np.inf, share, exponent)
+    bounded = trimmed_pairs(pair.target, moved, bound, share, exponent)
+    np.testing.assert_array_equal(bounded.chosen, free.chosen)
+    np.testing.assert_array_equal(bounded.targets, free.targets)
+    np.testing.assert_array_equal(bounded.distances, free.distances)
+    assert bounded.objective == pytest.approx(free.objective)
+    table = np.linalg.norm(moved[:, None] - pair.target.points[None], axis=2)
+    np.testing.assert_array_equal(free.targets, table.argmin(axis=1)[free.chosen])
+    assert list(free.chosen) == list(np.argsort(table.min(axis=1))[: len(free.chosen)])
+
+
+@pytest.mark.parametrize("stage", [TrimmedICP(), TrimmedICP(min_overlap=0.2, exponent=1.0), ICP()])
+@pytest.mark.parametrize("start", [(3.0, 1.0), (20.0, 4.0), (120.0, 10.0)])
+def test_the_objective_never_grows(stage, start):
+    """Pairs, overlap and motion are each solved exactly, so no iteration makes it worse."""
+    pair = overlap()
+    begin = pair.T_target_source @ nudge(pair.source, *start)
+    runs = [replace(stage, max_iterations=n)(pair.source, pair.target, begin) for n in range(16)]
+    objectives = [run.objective for run in runs]
+    assert [run.iterations for run in runs][:3] == [0, 1, 2]
+    assert objectives[1] < objectives[0]
+    np.testing.assert_array_less(np.diff(objectives), 1e-12 * objectives[0])
+
+
+def test_without_iterations_the_pose_stays():
+    pair = overlap()
+    found = TrimmedICP(max_iterations=0)(pair.source, pair.target, pair.T_target_source)
+    np.testing.assert_array_equal(found.T_target_source, pair.T_target_source)
+    assert (found.iterations, found.converged) == (0, False)
+
+
+def test_it_converges_and_says_so():
+    pair = overlap()
+    begin = pair.T_target_source @ nudge(pair.source, 2.0, 1.0)
+    found = TrimmedICP()(pair.source, pair.target, begin)
+    assert found.converged
+    assert 1 < found.iterations < 100
+    hasty = TrimmedICP(tolerance=0.1)(pair.source, pair.target, begin)
+    assert hasty.iterations < found.iterations
+    assert hasty.objective >= found.objective
+
+
+def test_the_overlap_is_found():
+    """Neighbours 40 degrees apart share four fifths of their points, the others half."""
+    views = blob_views(3)
+    pair = overlap()
+    near = TrimmedICP()(pair.source, pair.target, pair.T_target_source)
+    assert 0.65 < near.overlap < 0.9
+    half = pair.target.points[:, 2] < np.median(pair.target.points[:, 2])
+    part = replace(pair.target, points=pair.target.points[half])
+    cut = TrimmedICP(min_overlap=0.1)(pair.source, part, pair.T_target_source)
+    assert cut.overlap < near.overlap - 0.1
+    assert len(views) == 3
+
+
+def test_plain_icp_counts_every_point():
+    pair = overlap()
+    found = ICP()(pair.source, pair.target, pair.T_target_source)
+    assert found.overlap == 1.0
+    assert len(found.pairs) == len(pair.source.points)
+    assert found.objective == pytest.approx(found.trimmed_mse)
+    trimmed = TrimmedICP()(pair.source, pair.target, pair.T_target_source)
+
+    def off(registration):
+        gaps = registration.T_target_source - pair.T_target_source
+        return np.linalg.norm(gaps[:3, :3])
+
+    assert off(found) > 2 * off(trimmed), "partial overlap biases it"
+
+
+@pytest.mark.parametrize("share", [0.0, -0.1, 1.01])
+def test_a_share_is_a_share(share):
+    with pytest.raises(InputError, match=r"refine\.min_overlap: expected a share in \(0, 1\]"):
+        TrimmedICP(min_overlap=share)
