@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -94,18 +93,21 @@ def overrides_from(changes: Mapping[str, object]) -> list[str]:
 
 
 def spelled(value: object) -> str:
-    """One value as Hydra's override grammar reads it."""
+    """One value as Hydra's override grammar reads it; text is quoted, lest 1e5 become a number."""
+    from hydra.core.override_parser.types import Quote, QuotedString
+
+    if value is None:
+        return "null"
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, Mapping):
         return "{" + ",".join(f"{key}:{spelled(v)}" for key, v in value.items()) + "}"
     if isinstance(value, list | tuple):
         return "[" + ",".join(spelled(v) for v in value) + "]"
-    text = str(value)
-    if isinstance(value, int | float) or re.fullmatch(r"[\w.-]+", text):
-        return text
-    escaped = text.replace("\\", "\\\\").replace("'", "\\'")
-    return f"'{escaped}'"
+    if isinstance(value, int | float):
+        return str(value)
+    quoted: str = QuotedString(str(value), Quote.single).with_quotes()
+    return quoted
 
 
 def load_method(name: str = "default", changes: Mapping[str, object] | None = None) -> Method:
@@ -125,7 +127,7 @@ def load_method(name: str = "default", changes: Mapping[str, object] | None = No
     """
     from mvreg.config import compose
 
-    chosen = [] if name == "default" else [f"+method={name}"]
+    chosen = [] if name == "default" else [f"+method={spelled(name)}"]
     return method_from(compose([*chosen, *overrides_from(changes or {})]))
 
 
@@ -158,7 +160,7 @@ def dataset(name: str, rng: int = 0, **parameters: object) -> ScanSet:
     from mvreg.config import compose, stage_from
 
     changes = {f"dataset.{key}": value for key, value in parameters.items()}
-    config = compose([f"dataset={name}", *overrides_from(changes)])
+    config = compose([f"dataset={spelled(name)}", *overrides_from(changes)])
     found: ScanSet = stage_from(config, "dataset")(np.random.default_rng(rng))
     return found
 
