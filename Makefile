@@ -1,0 +1,47 @@
+# Builds its own environment; needs Python 3.11 or newer with pip, make, and no root.
+# Another Python: make demo PYTHON=python3.12
+
+PYTHON ?= python3
+VENV   ?= .venv
+
+python  := $(VENV)/bin/python
+plugins := $(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml))
+stamp   := $(VENV)/.installed
+
+.PHONY: help demo test lint clean
+
+help: ## Say what there is
+	@echo 'make TARGET; each builds $(VENV) first when it is missing'
+	@sed -n 's/^\([a-z]*\):[^#]*## /  \1\t/p' $(firstword $(MAKEFILE_LIST))
+
+demo: $(stamp) ## Register the embedded figurine with FCPMA
+	@echo '==> mvreg +method=fcpma dataset=figurine'
+	@$(python) -m mvreg +method=fcpma dataset=figurine
+
+lint: $(stamp) ## Style and types: ruff and mypy
+	@echo '==> style'
+	@$(python) -m ruff check
+	@$(python) -m ruff format --check
+	@echo '==> types'
+	@$(python) -m mypy
+
+test: lint ## Lint, then every test; with MVREG_DATA set also those on real scans
+	@echo '==> tests$(if $(MVREG_DATA),, (MVREG_DATA is not set: those on real scans are skipped))'
+	@$(python) -m pytest -n 2
+
+clean: ## Remove the environment and what tools left behind; keep runs
+	rm -rf $(VENV) build dist *.egg-info plugins/*/*.egg-info
+	rm -rf .mypy_cache .ruff_cache .pytest_cache .hypothesis
+
+# Again whenever what is to be installed may have changed. Where Python comes without ensurepip, as
+# on Debian, its own pip fills the environment.
+$(stamp): pyproject.toml $(plugins:%=%/pyproject.toml)
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	  { echo "mvreg needs Python 3.11 or newer; try: make PYTHON=python3.12" >&2; exit 1; }
+	@echo '==> building $(VENV): a download of some hundred megabytes, once'
+	@test -x $(python) || $(PYTHON) -m venv $(VENV) 2>/dev/null || \
+	  { rm -rf $(VENV) && $(PYTHON) -m venv --without-pip $(VENV) && \
+	    $(PYTHON) -m pip --python $(python) install --quiet pip; }
+	@$(python) -m pip install --disable-pip-version-check -e '.[dev]' \
+	  $(plugins:%=-e ./%)
+	@touch $@
