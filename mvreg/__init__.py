@@ -13,6 +13,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from mvreg._open3d import load_open3d as load_open3d
     from mvreg.errors import InputError as InputError
     from mvreg.errors import MvregError as MvregError
     from mvreg.errors import PluginError as PluginError
@@ -38,6 +39,7 @@ _WHERE = {
     "dataset": "run",
     "hookimpl": "hookspecs",
     "load_method": "run",
+    "load_open3d": "_open3d",
     "register": "run",
 }
 
