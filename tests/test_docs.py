@@ -89,9 +89,9 @@ def demo(desk: Path) -> tuple[list[str], Path]:
     dry = subprocess.run(
         ["make", "--dry-run", "demo"], cwd=ROOT, capture_output=True, text=True, check=True
     )
-    arguments = dry.stdout.splitlines()[-1].partition(" -m mvreg ")[2].split()
-    assert arguments == ["+method=fcpma", "dataset=figurine"]
-    done = run([sys.executable, "-m", "mvreg", *arguments], desk)
+    (arguments,) = re.findall(r" -m mvreg (.*)", dry.stdout)
+    assert arguments == "+method=fcpma dataset=figurine"
+    done = run([sys.executable, "-m", "mvreg", *arguments.split()], desk)
     assert done.returncode == 0, done.stderr
     return done.stdout.splitlines(), desk / "runs/figurine/fcpma/latest"
 
