@@ -11,3 +11,10 @@ class InputError(MvregError, ValueError):
 
 class PluginError(MvregError, RuntimeError):
     """A plugin or a stage cannot be used: names the culprit and what to do."""
+
+
+def check_positive(stage: str, **values: float) -> None:
+    """Raise InputError for the first parameter of a stage that is not positive."""
+    for name, value in values.items():
+        if not value > 0:
+            raise InputError(f"{stage}.{name}: expected a positive number, got {value}")

@@ -46,16 +46,15 @@ def mean_spacing(points: Array, tree: cKDTree | None = None, most: int = 5000) -
     At most `most` points are asked, evenly spread over the list. Duplicates count as one point.
     Zero where all points coincide or there is only one.
     """
-    if tree is None:
-        tree = build_tree(points)
-    step = max(1, len(points) // most)
-    queries = points[::step]
-    distances, _ = tree.query(queries, k=min(2, len(points)), workers=WORKERS)
     if len(points) < 2:
         return 0.0
-    apart = distances[:, 1]
-    apart = apart[apart > 0]
-    return float(apart.mean()) if len(apart) else 0.0
+    step = -(-len(points) // most)
+    tree = build_tree(points) if tree is None else tree
+    distances, _ = tree.query(points[::step], k=2, workers=WORKERS)
+    if (distances[:, 1] > 0).all():
+        return float(distances[:, 1].mean())
+    unique = np.unique(points, axis=0)
+    return mean_spacing(unique, None, most) if len(unique) < len(points) else 0.0
 
 
 def median_spacing(clouds: Sequence[Array]) -> float:

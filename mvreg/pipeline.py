@@ -13,7 +13,7 @@ import numpy as np
 from mvreg import contracts, events, plugins
 from mvreg.errors import InputError
 from mvreg.nearest import mean_spacing
-from mvreg.normals import Orient, estimate_normals
+from mvreg.normals import Orient, align, estimate_normals
 from mvreg.types import (
     Array,
     Candidates,
@@ -107,6 +107,8 @@ class Pipeline:
             with timed(seconds, "describe"):
                 features = self.describe(scan, sample.keypoints, spacing)
                 normals = estimate_normals(scan, sample.points, Orient.auto)
+                if features.oriented and not scan.knows_sensor:
+                    normals = align(normals, sample.points, features)
             view = View(scan.name, sample.points, normals, features, resolutions[index], scale)
             views.append(view)
             self.emit(events.ViewPrepared(view, index, len(scans), seconds))

@@ -81,8 +81,13 @@ def as_scans(scans: Sequence[Scan | Array] | ScanSet) -> tuple[Scan, ...]:
     """Scans from whatever a caller has; bare arrays (N, 3) are named by their position."""
     if isinstance(scans, ScanSet):
         return scans.scans
+    if isinstance(scans, str | Path):
+        raise InputError(
+            f"expected scans, got {str(scans)!r}; for files use "
+            "mvreg.dataset('folder', path=...) and register what it returns"
+        )
     return tuple(
-        scan if isinstance(scan, Scan) else Scan(f"scan_{index:03d}", np.asarray(scan))
+        scan if isinstance(scan, Scan) else Scan(f"scan_{index:03d}", scan)
         for index, scan in enumerate(scans)
     )
 
@@ -200,6 +205,8 @@ def register(
         For fewer than two scans, arrays that are not (N, 3) or not finite, an unknown method,
         stage or parameter.
     """
+    if rng < 0:
+        raise InputError(f"rng: expected a whole number, 0 or more, got {rng}")
     if isinstance(method, str):
         method = load_method(method, changes)
     elif changes:
@@ -219,7 +226,9 @@ def run_job(config: DictConfig, folder: Path) -> Result:
     from mvreg.observers.console import Console
     from mvreg.observers.recorder import Recorder
     from mvreg.observers.rerun import RerunObserver
+    from mvreg.observers.table import render
     from mvreg.report import build_report
+    from mvreg.report_file import load_report
 
     plain: dict[str, Any] = OmegaConf.to_container(config, resolve=True, enum_to_str=True)  # type: ignore[assignment]
     method = method_from(config)
@@ -246,7 +255,10 @@ def run_job(config: DictConfig, folder: Path) -> Result:
             emit(RunFinished(scanset, result, report))
         return result
     except KeyboardInterrupt:
-        recorder.finish_interrupted(config.rng, plain)
+        finished = recorder.finish_interrupted(config.rng, plain)
+        console.close()
+        if finished is not None:
+            render(load_report(finished), folder)
         raise
     finally:
         for close in (recorder.close, console.close, *(observer.close for observer in extra)):

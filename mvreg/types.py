@@ -51,7 +51,13 @@ class Scan:
     view_point: Array | None = None
 
     def __post_init__(self) -> None:
-        points = np.ascontiguousarray(self.points, dtype=np.float64)
+        try:
+            points = np.array(self.points, dtype=np.float64, order="C")
+        except (TypeError, ValueError):
+            raise InputError(
+                f"scan {self.name!r}: expected points as an array (N, 3) of numbers, got "
+                f"{type(self.points).__name__}"
+            ) from None
         if points.ndim != 2 or points.shape[1] != 3:
             raise InputError(f"scan {self.name!r}: expected points (N, 3), got {points.shape}")
         if len(points) == 0:
@@ -62,6 +68,7 @@ class Scan:
                 f"scan {self.name!r}: {bad} of {len(points)} points are NaN or infinite; "
                 "drop them first"
             )
+        points.flags.writeable = False  # the trees and the views share them
         object.__setattr__(self, "points", points)
         for key in ("view_direction", "view_point"):
             vector = getattr(self, key)
@@ -83,6 +90,11 @@ class Scan:
         from mvreg.nearest import build_tree
 
         return build_tree(self.points)
+
+    @property
+    def knows_sensor(self) -> bool:
+        """Whether the sensor's direction or position is known."""
+        return self.view_direction is not None or self.view_point is not None
 
     def moved(self, transform: Array) -> Scan:
         """The same scan in another frame: points and sensor move together."""

@@ -77,7 +77,7 @@ def test_the_methods_of_the_paper_differ_as_the_paper_says():
     ]:  # fmt: skip
         assert found[name]["seed"].top_fraction == share
         assert type(found[name]["augment"]) is table[f"augment/{augment}"].cls
-        assert type(found[name]["judge"]) is table["judge/tmse"].cls
+        assert type(found[name]["judge"]) is table["judge/tmse_surface"].cls
     different = {"seed", "augment"}
     for kind in set(KINDS) - {"dataset"} - different:
         assert found["ocpra"][kind] == found["ocpma"][kind] == found["fcpma"][kind]

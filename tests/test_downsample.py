@@ -74,7 +74,7 @@ def test_there_is_a_spacing_for_every_scan(points):
 
 def test_the_paper_takes_every_tenth_point_in_file_order(rng):
     scan = Scan("s", rng.normal(size=(1005, 3)))
-    (sample,), spacing = PaperDownsample()([scan], rng)
+    (sample,), spacing = PaperDownsample(min_points=1)([scan], rng)
     np.testing.assert_array_equal(sample.points, scan.points[::10])
     np.testing.assert_array_equal(sample.keypoints, voxel_centroids(scan.points, spacing))
 
@@ -121,5 +121,12 @@ def test_voxels_are_in_units_of_the_resolution(rng):
 )
 def test_what_is_not_positive_is_refused_by_name(stage, parameters):
     (name,) = parameters
-    with pytest.raises(InputError, match=f"^{name}: expected a positive number, got"):
+    with pytest.raises(InputError, match=rf"^downsample\.{name}: expected a positive number, got"):
         stage(**parameters)
+
+
+def test_small_scans_are_thinned_out_less(rng):
+    scans = [Scan(f"{i}", rng.normal(size=(6000, 3))) for i in range(3)]
+    samples, _ = PaperDownsample()(scans, rng)
+    assert [len(sample.points) for sample in samples] == [3000] * 3
+    assert np.mean([len(sample.keypoints) for sample in samples]) == pytest.approx(300, rel=0.1)

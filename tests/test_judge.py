@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from mvreg import se3
-from mvreg.stages.judge import PointToPlaneJudge, TmseJudge, TmseSurfaceJudge, Units, surface_fit
+from mvreg.stages.judge import (
+    PointToPlaneJudge,
+    TmseJudge,
+    TmseSurfaceJudge,
+    Units,
+    stability,
+    surface_fit,
+)
 from mvreg.testing.views import overlap, plain_view, registration
 from mvreg.types import Scale
 
@@ -73,7 +80,8 @@ def test_factors_are_parameters():
 def test_too_little_overlap_is_not_relied_on(judge):
     found, source, target = fit_with(0.01, overlap_share=0.5)
     for least, reliable in [(0.0, True), (0.5, True), (0.51, False)]:
-        verdict = judge(min_overlap=least)(found, source, target, [])
+        free = {} if judge is TmseJudge else {"min_stability": 0.0}  # a plane slides
+        verdict = judge(min_overlap=least, **free)(found, source, target, [])
         assert verdict.reliable is reliable
         if not reliable:
             assert verdict.reason == "overlap below 0.51"
@@ -98,8 +106,12 @@ def test_the_agreement_is_the_mean_cosine():
     turned = replace(source, normals=sideways)
     found = registration(turned, target, np.eye(4))
     assert surface_fit(found, turned, target)[1] == pytest.approx(0.5)
-    assert not PointToPlaneJudge(min_agreement=0.51)(found, turned, target, []).reliable
-    assert PointToPlaneJudge(min_agreement=0.49)(found, turned, target, []).reliable
+    assert not PointToPlaneJudge(min_agreement=0.51, min_stability=0)(
+        found, turned, target, []
+    ).reliable
+    assert PointToPlaneJudge(min_agreement=0.49, min_stability=0)(
+        found, turned, target, []
+    ).reliable
 
 
 def test_where_signs_are_unknown_opposite_normals_agree():
@@ -144,3 +156,37 @@ def test_the_blob_is_judged_by_its_surface():
     residual, agreement = surface_fit(right, pair.source, pair.target)
     assert residual < 0.2
     assert agreement > 0.95
+
+
+def cap(count=2000):
+    """Half a sphere of radius 10, which slides along itself, with exact normals."""
+    rng = np.random.default_rng(3)
+    normals = rng.normal(size=(count, 3))
+    normals[:, 2] = np.abs(normals[:, 2])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    view = plain_view("cap", 10 * normals, Scale(5.0, 1.0))
+    return replace(view, normals=normals)
+
+
+@pytest.mark.parametrize("judge", [PointToPlaneJudge, TmseSurfaceJudge])
+@pytest.mark.parametrize("shape", [cap, flat])
+def test_what_slides_along_itself_is_ambiguous(judge, shape):
+    view = shape()
+    found = registration(view, view, np.eye(4))
+    assert stability(found, view, view) < 1e-9
+    verdict = judge()(found, view, view, [])
+    assert not verdict.reliable
+    assert "ambiguous" in verdict.reason
+    assert judge(min_stability=0.0)(found, view, view, []).reliable
+
+
+def test_what_has_a_shape_is_stable_in_any_unit():
+    pair = overlap()
+    found = registration(pair.source, pair.target, pair.T_target_source)
+    firm = stability(found, pair.source, pair.target)
+    assert firm > 0.003
+    source, target = (replace(v, points=v.points * 1000) for v in (pair.source, pair.target))
+    pose = pair.T_target_source.copy()
+    pose[:3, 3] *= 1000
+    large = stability(replace(found, T_target_source=pose), source, target)
+    assert large == pytest.approx(firm, rel=1e-6)

@@ -78,3 +78,9 @@ def test_the_spacing_of_a_set_is_the_median():
     assert nearest.median_spacing([*clouds, np.zeros((3, 3))]) == 2.0, "points do not count"
     assert nearest.median_spacing([np.zeros((3, 3))]) == 0.0
     assert nearest.median_spacing([]) == 0.0
+
+
+def test_a_cloud_given_twice_has_the_spacing_of_one(rng):
+    points = rng.normal(size=(300, 3))
+    twice = nearest.mean_spacing(np.repeat(points, 2, axis=0))
+    assert twice == pytest.approx(nearest.mean_spacing(points))

@@ -1,6 +1,7 @@
 """`mvreg.register` and its relatives, as a notebook uses them."""
 
 from importlib import resources
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -282,3 +283,41 @@ def test_every_method_of_the_project_is_tested_here():
     files = resources.files("mvreg.conf.method").iterdir()
     found = {file.name[:-5] for file in files if file.name.endswith(".yaml")}
     assert {*found, "default"} == set(METHODS)
+
+
+@pytest.mark.parametrize("scans", ["my_scans", Path("my_scans")])
+def test_a_path_is_no_scan(scans):
+    with pytest.raises(mvreg.InputError, match=r"mvreg\.dataset"):
+        mvreg.register(scans)
+
+
+def test_what_is_no_array_is_refused_as_wrong_input():
+    with pytest.raises(mvreg.InputError, match="got object"):
+        mvreg.register([object(), object()])
+
+
+def test_a_negative_rng_is_refused():
+    with pytest.raises(mvreg.InputError, match="rng"):
+        mvreg.register([np.eye(3), np.eye(3)], rng=-1)
+
+
+def test_a_scan_keeps_its_points_whatever_becomes_of_the_caller_s():
+    points = np.ones((5, 3))
+    scan = mvreg.Scan("a", points)
+    points *= 1000
+    assert scan.points.max() == 1.0
+    with pytest.raises(ValueError, match="read-only"):
+        scan.points[0] = 0
+
+
+@pytest.mark.parametrize(
+    ("stage", "changes"),
+    [
+        ("propagate.distance_tolerance", {"propagate.distance_tolerance": -1}),
+        ("describe.normal_scale", {"describe": "eigenvalues", "describe.normal_scale": 9}),
+        ("refine.max_iterations", {"refine.max_iterations": 0}),
+    ],
+)
+def test_parameters_out_of_range_are_refused_by_name(stage, changes):
+    with pytest.raises(mvreg.InputError, match=stage):
+        mvreg.load_method(changes=changes)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mvreg.errors import InputError
+from mvreg.errors import InputError, check_positive
 from mvreg.normals import Orient, orient
 from mvreg.types import Array, Features, Scan
 
@@ -84,6 +84,7 @@ class SpectrumDescribe:
     orient: Orient = Orient.auto
 
     def __post_init__(self) -> None:
+        check_positive("describe", min_neighbours=self.min_neighbours)
         if self.scales < 2:
             raise InputError(f"describe.scales: expected at least 2, got {self.scales}")
 
@@ -128,6 +129,12 @@ class EigenvaluesDescribe:
     orient: Orient = Orient.auto
 
     def __post_init__(self) -> None:
+        check_positive("describe", stride=self.stride, min_neighbours=self.min_neighbours)
+        if not 0 <= self.normal_scale < len(self.radii):
+            raise InputError(
+                f"describe.normal_scale: expected one of the {len(self.radii)} radii, counted from "
+                f"0, got {self.normal_scale}"
+            )
         if not self.radii or sorted(self.radii) != list(self.radii) or self.radii[0] <= 0:
             raise InputError(
                 f"describe.radii: expected ascending positive numbers, got {self.radii}"

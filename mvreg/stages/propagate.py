@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mvreg import se3
-from mvreg.errors import InputError
+from mvreg.errors import InputError, check_positive
 from mvreg.nearest import nearest
 from mvreg.types import Array, Candidates, Indices, Matches, View
 
@@ -138,6 +138,13 @@ class ConsensusPropagate:
     separation: float = 10.0
 
     def __post_init__(self) -> None:
+        check_positive(
+            "propagate",
+            distance_tolerance=self.distance_tolerance,
+            angle_tolerance=self.angle_tolerance,
+            descriptor_tolerance=self.descriptor_tolerance,
+            inlier_distance=self.inlier_distance,
+        )
         if self.keep < 1 or self.samples < 1 or self.min_matches < 3:
             raise InputError(
                 "propagate: expected keep >= 1, samples >= 1 and min_matches >= 3, got "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, is_dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,6 +24,16 @@ def careful_levels() -> list[dict[str, Any]]:
     ]
 
 
+def untouched(pipeline: Pipeline, name: str) -> bool:
+    """Whether ``kind.parameter`` still has its default, or is none of a stage's parameters."""
+    kind, _, parameter = name.partition(".")
+    stage = getattr(pipeline, kind, None)
+    if not is_dataclass(stage):
+        return True
+    defaults = {field.name: field.default for field in fields(stage)}
+    return parameter not in defaults or getattr(stage, parameter) == defaults[parameter]
+
+
 @dataclass(frozen=True)
 class GrowStrategy:
     """Grow one model from the first scan: Algorithm 2 of the paper, repaired.
@@ -38,8 +48,8 @@ class GrowStrategy:
     ----------
     levels : list of mappings
         Parameters by their dotted names, e.g. ``{seed.top_fraction: 1.0}``, that replace the
-        pipeline's at each level; stages without such a parameter stay as they are. ``[{}]`` is the
-        paper's loop.
+        pipeline's at each level; stages without such a parameter stay as they are, and so do
+        parameters that were set to other than their defaults. ``[{}]`` is the paper's loop.
     """
 
     levels: list[dict[str, Any]] = field(default_factory=careful_levels)
@@ -51,7 +61,10 @@ class GrowStrategy:
     def __call__(
         self, views: Sequence[View], pipeline: Pipeline, rng: np.random.Generator
     ) -> Result:
-        pipelines = [pipeline.with_parameters(dict(level)) for level in self.levels]
+        pipelines = [
+            pipeline.with_parameters({k: v for k, v in level.items() if untouched(pipeline, k)})
+            for level in self.levels
+        ]
         model = pipeline.begin(views[0])
         poses: dict[str, Array] = {views[0].name: np.eye(4)}
         waiting = list(views[1:])

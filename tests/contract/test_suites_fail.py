@@ -130,8 +130,11 @@ class TenMillimetres(PaperDownsample):
 
 
 @bad("downsample", "test_the_order_of_the_points_does_not_matter")
+@dataclass(frozen=True)
 class Strides(PaperDownsample):
     """Goes by the order, and does not say so."""
+
+    min_points: int = 1
 
 
 @bad("describe", "test_descriptors_are_invariant_and_normals_turn", UNIT)
