@@ -14,6 +14,7 @@ from mvreg import contracts, events, plugins
 from mvreg.errors import InputError
 from mvreg.nearest import mean_spacing
 from mvreg.normals import Orient, align, estimate_normals
+from mvreg.parallel import in_threads
 from mvreg.types import (
     Array,
     Candidates,
@@ -166,7 +167,8 @@ class Pipeline:
         few = replace(
             source, points=source.points[::SCREENING], normals=source.normals[::SCREENING]
         )
-        screened = [self.refine(few, target, pose) for pose in candidates.poses]
+        _ = target.tree  # built once, before the threads ask for it
+        screened = in_threads(lambda pose: self.refine(few, target, pose), list(candidates.poses))
         best = min(screened, key=lambda registration: registration.objective)
         return self.refine(source, target, best.T_target_source)
 

@@ -9,6 +9,7 @@ import numpy as np
 from mvreg import se3
 from mvreg.errors import InputError, check_positive
 from mvreg.nearest import nearest
+from mvreg.parallel import in_threads
 from mvreg.types import Array, Candidates, Indices, Matches, View
 
 
@@ -161,8 +162,8 @@ class ConsensusPropagate:
         poses, supports = [], []
         own, other = source.features.keypoints, target.features.keypoints
         tolerance = self.inlier_distance * source.scale.spacing
-        for i, j in seeds.indices:
-            spread = self.spread(source, target, int(i), int(j))
+        spreads = in_threads(lambda ij: self.spread(source, target, *ij), seeds.indices.tolist())
+        for spread in spreads:
             if len(spread) < self.min_matches:
                 continue
             found = consensus(own[spread[:, 0]], other[spread[:, 1]], tolerance, self.samples, rng)
