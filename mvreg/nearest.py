@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 #: Queries run on all cores; the answers do not depend on how many there are.
 WORKERS = -1
 #: Fewer queries than this are answered before threads have started.
-FEW = 2000
+FEW = 5000
 
 
 def build_tree(points: Array) -> cKDTree:

@@ -17,13 +17,15 @@ class Trim:
     """The best overlap for fixed pairs, Eq. (4), solved exactly.
 
     `chosen` (P,) are the source points kept, nearest first, `targets` (P,) their partners,
-    `distances` (P,) how far they are, `objective` the minimum psi.
+    `distances` (P,) how far they are, `objective` the minimum psi; `bound` is how far neighbours
+    had to be looked for.
     """
 
     chosen: Indices
     targets: Indices
     distances: Array
     objective: float
+    bound: float
 
 
 def trim(distances: Array, min_overlap: float, exponent: float) -> tuple[int, float]:
@@ -57,7 +59,7 @@ def trimmed_pairs(
         found = np.searchsorted(distances[order], np.inf)
         if keep <= found or found == len(moved):
             chosen = order[:keep]
-            return Trim(chosen, indices[chosen], ascending[:keep], objective)
+            return Trim(chosen, indices[chosen], ascending[:keep], objective, bound)
         bound *= 2
 
 
@@ -127,7 +129,8 @@ class TrimmedICP:
             if iteration == self.max_iterations:
                 break
             previous = pairs.objective
-            bound = max(2 * pairs.distances[-1], 1e-9 * target.scale.spacing)
+            # Shrinks slowly: where it must be widened, the whole query is done again.
+            bound = max(2 * pairs.distances[-1], 0.9 * pairs.bound, 1e-9 * target.scale.spacing)
             transform = se3.fit(points[pairs.chosen], target.points[pairs.targets])  # Eq. (5)
         return transform, pairs, iteration, False
 
