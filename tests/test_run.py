@@ -315,7 +315,7 @@ def test_a_scan_keeps_its_points_whatever_becomes_of_the_caller_s():
     [
         ("propagate.distance_tolerance", {"propagate.distance_tolerance": -1}),
         ("describe.normal_scale", {"describe": "eigenvalues", "describe.normal_scale": 9}),
-        ("refine.max_iterations", {"refine.max_iterations": 0}),
+        ("refine.max_iterations", {"refine.max_iterations": -1}),
     ],
 )
 def test_parameters_out_of_range_are_refused_by_name(stage, changes):

@@ -130,14 +130,14 @@ class EigenvaluesDescribe:
 
     def __post_init__(self) -> None:
         check_positive("describe", stride=self.stride, min_neighbours=self.min_neighbours)
+        if not self.radii or sorted(self.radii) != list(self.radii) or self.radii[0] <= 0:
+            raise InputError(
+                f"describe.radii: expected ascending positive numbers, got {self.radii}"
+            )
         if not 0 <= self.normal_scale < len(self.radii):
             raise InputError(
                 f"describe.normal_scale: expected one of the {len(self.radii)} radii, counted from "
                 f"0, got {self.normal_scale}"
-            )
-        if not self.radii or sorted(self.radii) != list(self.radii) or self.radii[0] <= 0:
-            raise InputError(
-                f"describe.radii: expected ascending positive numbers, got {self.radii}"
             )
 
     def __call__(self, scan: Scan, keypoints: Array, spacing: float) -> Features:

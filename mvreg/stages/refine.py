@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mvreg import se3
-from mvreg.errors import InputError, check_positive
+from mvreg.errors import InputError
 from mvreg.nearest import nearest
 from mvreg.types import Array, Indices, Registration, View
 
@@ -89,7 +89,10 @@ class TrimmedICP:
     tolerance: float = 1e-6
 
     def __post_init__(self) -> None:
-        check_positive("refine", max_iterations=self.max_iterations)
+        if self.max_iterations < 0:
+            raise InputError(
+                f"refine.max_iterations: expected 0 or more, got {self.max_iterations}"
+            )
         if not 0 < self.min_overlap <= 1:
             raise InputError(
                 f"refine.min_overlap: expected a share in (0, 1], got {self.min_overlap}"

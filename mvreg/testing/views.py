@@ -22,6 +22,9 @@ from mvreg.testing.compare import locked
 from mvreg.testing.scans import blob_scans, degenerate_points
 from mvreg.types import Array, Features, Indices, Registration, Scale, Scan, View
 
+#: What suits scans of a few thousand points.
+SMALL = PaperDownsample(stride=2, keypoint_ratio=12, min_points=1, min_keypoints=1)
+
 AnyView = TypeVar("AnyView", bound=View)
 
 #: Turns the axes into each other: exact in floating point, so that only wrong signs and frames
@@ -36,7 +39,7 @@ UNITS = (1024.0, 1 / 1024)
 def pipeline() -> Pipeline:
     """The core's own stages, with parameters that suit the small scans of this package."""
     return Pipeline(
-        downsample=PaperDownsample(stride=2, keypoint_ratio=12),
+        downsample=SMALL,
         describe=SpectrumDescribe(),
         seed=NearestSeed(),
         propagate=ConsensusPropagate(keep=5),

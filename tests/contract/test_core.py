@@ -14,8 +14,8 @@ from mvreg.datasets.stanford import Stanford
 from mvreg.datasets.synthetic import Figurine, Tiny
 from mvreg.io import write_ply
 from mvreg.stages.describe import EigenvaluesDescribe
-from mvreg.stages.downsample import PaperDownsample
 from mvreg.testing import SUITES
+from mvreg.testing.views import SMALL
 
 CORE = {key: stage for key, stage in plugins.stages().items() if stage.plugin == "mvreg"}
 
@@ -23,7 +23,7 @@ CORE = {key: stage for key, stage in plugins.stages().items() if stage.plugin ==
 INSTEAD: dict[str, Any] = {
     "dataset/figurine": Figurine(views=2, points=300, shape="sphere"),
     "dataset/tiny": Tiny(views=2, points=300, shape="sphere"),
-    "downsample/paper": PaperDownsample(stride=2, keypoint_ratio=12),
+    "downsample/paper": SMALL,
     "describe/eigenvalues": EigenvaluesDescribe(stride=1),
 }
 #: What a stage may do otherwise, and why.
