@@ -125,8 +125,7 @@ def test_concatenation_keeps_everything():
 def test_merging_fuses_half_and_keeps_the_density(mode):
     model, source, found = sheets()
     assert len(found.pairs) == 50
-    within = replace(found, trim_distance=0.21)
-    answer = MergeAugment(mode)(model, source, within)
+    answer = MergeAugment(mode)(model, source, found)
     assert len(answer.points) == len(answer.features.keypoints) == 150
     heights = np.round(answer.points[:, 2], 9)
     assert {h: int((heights == h).sum()) for h in (0.0, 0.1, 0.2)} == {0.0: 50, 0.1: 50, 0.2: 50}
@@ -153,6 +152,15 @@ def test_keypoints_are_fused_within_the_largest_trimmed_distance():
     far = MergeAugment()(model, source, replace(found, trim_distance=0.1))
     assert len(near.features.keypoints) == 150
     assert len(far.features.keypoints) == 200
+
+
+@pytest.mark.parametrize("mode", Mode)
+def test_a_view_merged_with_itself_adds_nothing(mode):
+    view = overlap().source
+    model = Model.of(view)
+    answer = MergeAugment(mode)(model, view, registration(view, model, np.eye(4)))
+    assert len(answer.points) == len(view.points)
+    assert len(answer.features.keypoints) == len(view.features.keypoints)
 
 
 def test_a_sheet_seen_from_below_is_another_surface():

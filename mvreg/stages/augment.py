@@ -167,9 +167,9 @@ class MergeAugment:
             [model.points, model.normals], [view.points, view.normals], pairs, self.mode, oriented
         )
         own, other = model.features, view.features
-        distances, indices = nearest(
-            model.keypoint_tree, other.keypoints, registration.trim_distance
-        )
+        # A query's bound is exclusive, and a scan given twice is trimmed at zero.
+        reach = max((1 + 1e-9) * registration.trim_distance, 1e-9 * model.scale.spacing)
+        distances, indices = nearest(model.keypoint_tree, other.keypoints, reach)
         close = np.flatnonzero(np.isfinite(distances))
         pairs = np.stack([close, indices[close]], axis=1)
         pairs = same_side(pairs, other.normals[:, 0], own.normals[:, 0], oriented)
