@@ -31,6 +31,7 @@ def mvreg_stages() -> dict[str, type]:
         "downsample/voxel": downsample.VoxelDownsample,
         "describe/spectrum": describe.SpectrumDescribe,
         "describe/eigenvalues": describe.EigenvaluesDescribe,
+        "describe/none": describe.NoDescribe,
         "seed/nearest": seed.NearestSeed,
         "propagate/consensus": propagate.ConsensusPropagate,
         "refine/tricp": refine.TrimmedICP,

@@ -112,8 +112,12 @@ class Strategy(Protocol):
 class Adjust(Protocol):
     """Improves all the poses at once, after the loop."""
 
-    def __call__(self, result: Result, views: Sequence[View]) -> Result:
-        """Return the result with better poses."""
+    def __call__(self, result: Result, views: Sequence[View], pipeline: Pipeline) -> Result:
+        """Return the result with better poses of the same scans; the reference's stays.
+
+        `pipeline` lends its stages, `pipeline.refine` above all. A `Result.model` does not fit the
+        new poses: return None for it.
+        """
 
 
 KINDS: dict[str, type] = {

@@ -110,7 +110,9 @@ class Pipeline:
                 normals = estimate_normals(scan, sample.points, Orient.auto)
                 if features.oriented and not scan.knows_sensor:
                     normals = align(normals, sample.points, features)
-            view = View(scan.name, sample.points, normals, features, resolutions[index], scale)
+            view = View(
+                scan.name, sample.points, normals, features, resolutions[index], scale, scan
+            )
             views.append(view)
             self.emit(events.ViewPrepared(view, index, len(scans), seconds))
             seconds = {}
@@ -186,6 +188,10 @@ class Pipeline:
         pose: Array = registration.T_target_source
         self.emit(events.ViewPlaced(source.name, pose, model, seconds["augment"]))
         return model
+
+    def place(self, view: View, T_model_scan: Array) -> None:
+        """Tell observers of a pose that needs no merging, as in a tree of scans."""
+        self.emit(events.ViewPlaced(view.name, T_model_scan))
 
 
 #: The kinds of stage in a pipeline.

@@ -71,7 +71,7 @@ def run(
     views = pipeline.prepare(scans, rng)
     result = method.strategy(views, pipeline, rng)
     before = time.perf_counter()
-    result = method.adjust(result, views)
+    result = method.adjust(result, views, pipeline)
     watch.add("adjust", time.perf_counter() - before)
     watch.add("total", time.perf_counter() - start)
     return result, views, watch.seconds

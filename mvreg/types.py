@@ -7,118 +7,21 @@ All are frozen. Lengths are in the unit of the scans, which no stage needs to kn
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mvreg import se3
-from mvreg.errors import InputError
+from mvreg.scan import Array as Array
+from mvreg.scan import Scan as Scan
+from mvreg.scan import ScanSet as ScanSet
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
-
-
-@dataclass(frozen=True, eq=False)
-class Scan:
-    """Raw points of one range scan, in a frame of their own.
-
-    Parameters
-    ----------
-    name : str
-        Unique within a set; the file's name where there is one.
-    points : (N, 3) array
-        Finite coordinates, N >= 1.
-    view_direction : (3,) array, optional
-        Unit vector from the surface towards the sensor, for a sensor far away or orthographic.
-    view_point : (3,) array, optional
-        The sensor's position, for a central projection.
-
-    Raises
-    ------
-    InputError
-        If the points are not (N, 3), not finite or none at all.
-    """
-
-    name: str
-    points: Array
-    view_direction: Array | None = None
-    view_point: Array | None = None
-
-    def __post_init__(self) -> None:
-        try:
-            points = np.array(self.points, dtype=np.float64, order="C")
-        except (TypeError, ValueError):
-            raise InputError(
-                f"scan {self.name!r}: expected points as an array (N, 3) of numbers, got "
-                f"{type(self.points).__name__}"
-            ) from None
-        if points.ndim != 2 or points.shape[1] != 3:
-            raise InputError(f"scan {self.name!r}: expected points (N, 3), got {points.shape}")
-        if len(points) == 0:
-            raise InputError(f"scan {self.name!r}: expected at least one point, got none")
-        if not np.isfinite(points).all():
-            bad = int((~np.isfinite(points).all(axis=1)).sum())
-            raise InputError(
-                f"scan {self.name!r}: {bad} of {len(points)} points are NaN or infinite; "
-                "drop them first"
-            )
-        points.flags.writeable = False  # the trees and the views share them
-        object.__setattr__(self, "points", points)
-        for key in ("view_direction", "view_point"):
-            vector = getattr(self, key)
-            if vector is None:
-                continue
-            vector = np.array(vector, dtype=np.float64)
-            if vector.shape != (3,) or not np.isfinite(vector).all():
-                raise InputError(f"scan {self.name!r}: expected {key} of 3 numbers, got {vector}")
-            object.__setattr__(self, key, vector)
-        if self.view_direction is not None:
-            norm = np.linalg.norm(self.view_direction)
-            if norm == 0:
-                raise InputError(f"scan {self.name!r}: view_direction is the zero vector")
-            object.__setattr__(self, "view_direction", self.view_direction / norm)
-
-    @cached_property
-    def tree(self) -> cKDTree:
-        """k-d tree over `points`."""
-        from mvreg.nearest import build_tree
-
-        return build_tree(self.points)
-
-    @property
-    def knows_sensor(self) -> bool:
-        """Whether the sensor's direction or position is known."""
-        return self.view_direction is not None or self.view_point is not None
-
-    def moved(self, transform: Array) -> Scan:
-        """The same scan in another frame: points and sensor move together."""
-        direction, point = self.view_direction, self.view_point
-        return replace(
-            self,
-            points=se3.apply(transform, self.points),
-            view_direction=None if direction is None else transform[:3, :3] @ direction,
-            view_point=None if point is None else se3.apply(transform, point[None])[0],
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class ScanSet:
-    """What a data set hands over: scans in the order given, and the truth where it is known.
-
-    `poses` maps scan names to ground truth ``T_world_scan`` (4, 4); it may miss scans.
-    `unit` is the unit of length ("mm"), or "file" for the files' own, whatever it is.
-    """
-
-    name: str
-    scans: tuple[Scan, ...]
-    unit: str = "file"
-    poses: Mapping[str, Array] | None = None
 
 
 @dataclass(frozen=True)
@@ -160,7 +63,8 @@ class View:
     """A scan prepared for registration, or the merged model, in a frame of its own.
 
     `points` (N, 3) with unit `normals` (N, 3) for refinement; `features` for the search;
-    `resolution` is the mean nearest-neighbour distance of `points`, the paper's d_Q.
+    `resolution` is the mean nearest-neighbour distance of `points`, the paper's d_Q. `scan` has all
+    the raw points in the same frame, and what is known of the sensor; None for a merged view.
     """
 
     name: str
@@ -169,6 +73,7 @@ class View:
     features: Features
     resolution: float
     scale: Scale
+    scan: Scan | None = None
 
     @cached_property
     def tree(self) -> cKDTree:
@@ -196,7 +101,7 @@ class Model(View):
         """The model that consists of one view, in that view's frame."""
         return cls(
             "model", view.points, view.normals, view.features, view.resolution, view.scale,
-            (view.name,),
+            members=(view.name,),
         )  # fmt: skip
 
 
@@ -212,6 +117,11 @@ class Matches:
 
     def __len__(self) -> int:
         return len(self.indices)
+
+    @classmethod
+    def none(cls) -> Matches:
+        """No match."""
+        return cls(np.empty((0, 2), dtype=np.intp), np.empty(0))
 
 
 @dataclass(frozen=True, eq=False)

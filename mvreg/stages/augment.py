@@ -48,7 +48,7 @@ def grown(model: Model, source: View, points: Array, normals: Array, features: F
         features,
         mean_spacing(points),  # d_Q, of the current model
         model.scale,
-        (*model.members, source.name),
+        members=(*model.members, source.name),
     )
 
 

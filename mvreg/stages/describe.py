@@ -103,6 +103,14 @@ class SpectrumDescribe:
 
 
 @dataclass(frozen=True)
+class NoDescribe:
+    """Leave every keypoint out, for strategies that search by other means."""
+
+    def __call__(self, scan: Scan, keypoints: Array, spacing: float) -> Features:
+        return Features(np.empty((0, 3)), np.empty((0, 1, 3)), np.empty((0, 1)), oriented=False)
+
+
+@dataclass(frozen=True)
 class EigenvaluesDescribe:
     """Square roots of the eigenvalues over the radius, covariance about the mean (12-D).
 

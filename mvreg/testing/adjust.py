@@ -21,6 +21,7 @@ from mvreg.testing.views import (
     blob_views,
     degenerate_views,
     moved_view,
+    pipeline,
     scaled_pose,
     scaled_view,
 )
@@ -53,23 +54,24 @@ class AdjustContract(StageContract):
         views, result = list(blob_views(3)), nearly_right()
         left = views[2].name
         poses = {name: pose for name, pose in result.poses.items() if name != left}
+        partial = replace(result, poses=poses, unregistered=(left,))
         return {
-            "all placed": (result, views),
-            "one not placed": (replace(result, poses=poses, unregistered=(left,)), views),
+            "all placed": (result, views, pipeline()),
+            "one not placed": (partial, views, pipeline()),
         }
 
     def degenerate(self) -> dict[str, tuple[Any, ...]]:
         good = blob_views(3)[0]
         alone = Result(good.name, {good.name: np.eye(4)}, (), ())
-        cases: dict[str, tuple[Any, ...]] = {"only the reference": (alone, [good])}
+        cases: dict[str, tuple[Any, ...]] = {"only the reference": (alone, [good], pipeline())}
         for name, view in degenerate_views().items():
             poses = {good.name: np.eye(4), "poor": np.eye(4), "other": np.eye(4)}
             views = [good, replace(view, name="poor"), replace(view, name="other")]
-            cases[name] = (Result(good.name, poses, (), ()), views)
+            cases[name] = (Result(good.name, poses, (), ()), views, pipeline())
         return cases
 
     def verify(self, arguments: tuple[Any, ...], answer: Any) -> None:
-        result, views = arguments
+        result, views, _ = arguments
         assert_result(answer, views)
         assert answer.reference == result.reference
         assert set(answer.poses) == set(result.poses), "a scan is lost or invented"
@@ -80,16 +82,17 @@ class AdjustContract(StageContract):
         return misplacement(result.poses, blob_scans(3).poses or {}, views, result.reference)
 
     def test_poses_get_no_worse(self) -> None:
-        for result, views in self.examples().values():
-            after = self.misplaced(self.call(result, views), views)
+        for result, views, _ in self.examples().values():
+            after = self.misplaced(self.call(result, views, pipeline()), views)
             assert after <= max(self.misplaced(result, views), self.slack)
 
     def test_poses_move_with_the_views(self) -> None:
-        result, views = self.examples()["all placed"]
+        result, views, pipe = self.examples()["all placed"]
         motions = dict(zip(result.poses, (MOTION, AXES_SWAPPED, np.eye(4)), strict=True))
         poses = {name: self.elsewhere(result, name, motions) for name in result.poses}
         there = [moved_view(view, motions[view.name]) for view in views]
-        new, old = self.call(replace(result, poses=poses), there), self.call(result, views)
+        new = self.call(replace(result, poses=poses), there, pipe)
+        old = self.call(result, views, pipe)
         expected = {name: self.elsewhere(old, name, motions) for name in old.poses}
         assert misplacement(new.poses, expected, there, new.reference) < self.tolerance
 
@@ -102,11 +105,11 @@ class AdjustContract(StageContract):
         return pose
 
     def test_the_unit_of_length_does_not_matter(self) -> None:
-        result, views = self.examples()["all placed"]
-        old = self.call(result, views)
+        result, views, pipe = self.examples()["all placed"]
+        old = self.call(result, views, pipe)
         for unit in UNITS:
             poses = {name: scaled_pose(pose, unit) for name, pose in result.poses.items()}
             there = [scaled_view(view, unit) for view in views]
-            new = self.call(replace(result, poses=poses), there)
+            new = self.call(replace(result, poses=poses), there, pipe)
             expected = {name: scaled_pose(pose, unit) for name, pose in old.poses.items()}
             assert misplacement(new.poses, expected, there, new.reference) < 1e-6

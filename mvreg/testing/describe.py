@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 import numpy as np
+import pytest
 
 from mvreg import contracts, se3
 from mvreg.nearest import build_tree
@@ -24,6 +25,8 @@ class DescribeContract(StageContract):
     tolerance: ClassVar[float] = 1e-6
     #: This share of the normals may differ: seen edge-on, rounding decides where they point.
     strays: ClassVar[float] = 0.01
+    #: Waived for a stage that describes nothing, on purpose.
+    describes: ClassVar[bool] = True
 
     def scan(self) -> Scan:
         """The scan to describe."""
@@ -92,10 +95,13 @@ class DescribeContract(StageContract):
         cosine = (new.normals * (old.normals @ turn.T)).sum(axis=-1)
         if not old.oriented:
             cosine = np.abs(cosine)
-        assert (np.abs(cosine - 1) > self.tolerance).mean() <= self.strays, "normals must turn"
+        stray = np.count_nonzero(np.abs(cosine - 1) > self.tolerance)
+        assert stray <= self.strays * cosine.size, "normals must turn"
 
     def test_most_keypoints_are_described(self) -> None:
         keypoints, _ = self.keypoints()
+        if not self.describes:
+            pytest.skip("this stage describes nothing, on purpose")
         for arguments in self.examples().values():
             assert len(self.call(*arguments).keypoints) > len(keypoints) / 2
 
@@ -125,5 +131,7 @@ class DescribeContract(StageContract):
                                     new.descriptors[back], new.oriented), np.eye(3))  # fmt: skip
 
     def test_points_of_different_shape_look_different(self) -> None:
+        if not self.describes:
+            pytest.skip("this stage describes nothing, on purpose")
         found = self.call(*self.examples()["sensor far away"]).descriptors
         assert (found.std(axis=0) > 0).any(), "descriptors must tell points apart"

@@ -123,7 +123,8 @@ def moved_view(view: AnyView, transform: Array) -> AnyView:
         old, keypoints=se3.apply(transform, old.keypoints), normals=old.normals @ turn
     )
     points = se3.apply(transform, view.points)
-    return replace(view, points=points, normals=view.normals @ turn, features=features)
+    scan = view.scan and view.scan.moved(transform)
+    return replace(view, points=points, normals=view.normals @ turn, features=features, scan=scan)
 
 
 def scaled_scan(scan: Scan, factor: float) -> Scan:
@@ -140,6 +141,7 @@ def scaled_view(view: AnyView, factor: float) -> AnyView:
         features=replace(view.features, keypoints=view.features.keypoints * factor),
         resolution=view.resolution * factor,
         scale=Scale(view.scale.spacing * factor, view.scale.resolution * factor),
+        scan=view.scan and scaled_scan(view.scan, factor),
     )
 
 

@@ -30,6 +30,7 @@ INSTEAD: dict[str, Any] = {
 WAIVED: dict[str, dict[str, Any]] = {
     "downsample/paper": {"ignores_point_order": False},  # a stride
     "downsample/stride": {"ignores_point_order": False},
+    "describe/none": {"describes": False},
     "refine/icp": {"partial_overlap": False},  # that is what TrICP is for
 }
 

@@ -286,7 +286,7 @@ class PlacesEverything(GrowStrategy):
 class LosesOne(NoAdjust):
     """One pose is gone."""
 
-    def __call__(self, result, views):
+    def __call__(self, result, views, pipeline):
         return replace(result, poses={result.reference: np.eye(4)})
 
 
@@ -295,7 +295,7 @@ class LosesOne(NoAdjust):
 class GivesUp(NoAdjust):
     """All poses are the reference's."""
 
-    def __call__(self, result, views):
+    def __call__(self, result, views, pipeline):
         return replace(result, poses={name: np.eye(4) for name in result.poses})
 
 
