@@ -144,7 +144,7 @@ def consistency(poses: Mapping[str, Array], views: Sequence[View]) -> Consistenc
         return None
     reach = REACH * resolution
     found = []
-    for i, j in _neighbours(placed, poses, reach):
+    for i, j in neighbours(placed, poses, reach):
         source, target = placed[i], placed[j]
         transform = se3.invert(poses[target.name]) @ poses[source.name]
         found.append(_point_to_plane(source, target, transform, reach))
@@ -161,10 +161,25 @@ def consistency(poses: Mapping[str, Array], views: Sequence[View]) -> Consistenc
     )
 
 
-def _neighbours(
+def neighbours(
     views: Sequence[View], poses: Mapping[str, Array], reach: float
 ) -> list[tuple[int, int]]:
-    """Ordered pairs of views whose boxes in the model frame come within `reach` of each other."""
+    """Ordered pairs of views whose boxes in the model frame come within `reach` of each other.
+
+    Parameters
+    ----------
+    views : sequence of View
+        All with points, all with a pose.
+    poses : mapping of scan name to (4, 4) array
+        ``T_model_scan``.
+    reach : float
+        Length.
+
+    Returns
+    -------
+    list of (int, int)
+        Positions in `views`.
+    """
     clouds = [se3.apply(poses[view.name], view.points) for view in views]
     low = np.stack([cloud.min(axis=0) for cloud in clouds]) - reach / 2
     high = np.stack([cloud.max(axis=0) for cloud in clouds]) + reach / 2
