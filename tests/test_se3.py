@@ -206,3 +206,63 @@ def test_random_motions_are_uniform_and_repeat():
     # The angles of uniform rotations have the density (1 - cos a) / pi: the mean is pi/2 + 2/pi.
     angles = se3.rotation_angle(many, np.eye(4))
     assert abs(angles.mean() - (np.pi / 2 + 2 / np.pi)) < 0.05
+
+
+@quick
+@given(
+    rngs, st.sampled_from([0.0, 1e-12, 1e-6, 9.9e-3, 1.01e-2, 0.3, 2.0, 3.1, np.pi - 1e-9, np.pi])
+)
+def test_log_undoes_exp_and_exp_undoes_log(rng, angle):
+    axis = rng.normal(size=3)
+    twist = np.concatenate([angle * axis / np.linalg.norm(axis), rng.normal(size=3)])
+    motion = se3.exp(twist)
+    rigid(motion)
+    close(se3.exp(se3.log(motion)), motion)
+    np.testing.assert_allclose(np.linalg.norm(se3.log(motion)[:3]), angle, atol=1e-10)
+    if angle < np.pi - 1e-8:  # at half a turn the axis has two directions
+        close(se3.log(motion), twist, 10)
+
+
+@quick
+@given(rngs, st.sampled_from([1e-9, 1e-3, 1e-2, 0.5, 3.0]))
+def test_exp_is_the_matrix_exponential(rng, angle):
+    from scipy.linalg import expm
+
+    axis = rng.normal(size=3)
+    twist = np.concatenate([angle * axis / np.linalg.norm(axis), rng.normal(size=3)])
+    matrix = np.zeros((4, 4))
+    matrix[:3, :3], matrix[:3, 3] = se3.skew(twist[:3]), twist[3:]
+    close(se3.exp(twist), expm(matrix))
+
+
+@quick
+@given(rngs)
+def test_rotation_vectors_agree_with_scipy(rng):
+    rotations = Rotation.random(7, random_state=int(rng.integers(2**31)))
+    close(se3.rotation_vector(rotations.as_matrix()), rotations.as_rotvec())
+    first, second = rng.normal(size=(2, 3))
+    close(se3.skew(first) @ second, np.cross(first, second))
+
+
+def test_tiny_motions_lose_no_digits():
+    twist = np.array([1e-13, -2e-13, 3e-13, 1e-13, 0.0, 2e-13])
+    np.testing.assert_allclose(se3.log(se3.exp(twist))[:3], twist[:3], rtol=1e-12)
+    np.testing.assert_allclose(se3.log(se3.exp(1e9 * twist)), 1e9 * twist, rtol=1e-9, atol=1e-15)
+
+
+@pytest.mark.parametrize("half", [[1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
+def test_half_a_turn_has_a_logarithm(half):
+    turn = se3.from_parts(np.diag(np.array(half, float)), np.array([1.0, 2.0, 3.0]))
+    close(se3.exp(se3.log(turn)), turn)
+    np.testing.assert_allclose(np.linalg.norm(se3.log(turn)[:3]), np.pi)
+
+
+def test_exp_and_log_come_in_batches(rng):
+    twists = rng.normal(size=(2, 3, 6))
+    twists[0, 0] = 0
+    motions = se3.exp(twists)
+    assert motions.shape == (2, 3, 4, 4)
+    for index in np.ndindex(2, 3):
+        np.testing.assert_array_equal(motions[index], se3.exp(twists[index]))
+        np.testing.assert_array_equal(se3.log(motions)[index], se3.log(motions[index]))
+    assert se3.log(np.empty((0, 4, 4))).shape == (0, 6)
