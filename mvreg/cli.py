@@ -23,8 +23,7 @@ if TYPE_CHECKING:
     from omegaconf import DictConfig
 
 DONE, NOT_PLACED, WRONG_INPUT, BUG, INTERRUPTED = 0, 3, 2, 1, 130
-#: From good to bad.
-SEVERITY = (DONE, NOT_PLACED, WRONG_INPUT, BUG, INTERRUPTED)
+SEVERITY = (DONE, NOT_PLACED, WRONG_INPUT, BUG, INTERRUPTED)  # from good to bad
 #: Names the file to which every job of a run adds its exit code; Hydra passes no results back, and
 #: some launchers start processes of their own, which inherit the environment.
 CODES = "MVREG_EXIT_CODES"
@@ -76,13 +75,16 @@ def guarded(action: Callable[[], int], debug: bool) -> int:
     except Exception as error:
         if debug:
             traceback.print_exc()
-        text = wrong_input(error)
-        if text is not None:
-            say(f"error: {text}")
-            return WRONG_INPUT
-        advice = "" if debug else "; run again with debug=true to see the traceback"
-        say(f"error: this is a bug in mvreg or a plugin: {type(error).__name__}: {error}{advice}")
-        return BUG
+        known = wrong_input(error) is not None
+        advice = "" if debug or known else "; run again with debug=true to see the traceback"
+        say(f"error: {message(error)}{advice}")
+        return WRONG_INPUT if known else BUG
+
+
+def message(error: Exception) -> str:
+    """What is said of an error, in one line for most."""
+    bug = f"this is a bug in mvreg or a plugin: {type(error).__name__}: {error}"
+    return wrong_input(error) or bug
 
 
 def wrong_input(error: Exception) -> str | None:
@@ -163,14 +165,20 @@ def job(config: DictConfig) -> int:
 
 
 def run(config: DictConfig) -> int:
-    """Register the scans that the configuration names."""
+    """Register the scans that the configuration names, unless that is done already."""
     from hydra.core.hydra_config import HydraConfig
 
     from mvreg.config import check
+    from mvreg.resume import finished, message_kept, told
     from mvreg.run import run_job
 
-    check(config)
-    result = run_job(config, Path(HydraConfig.get().runtime.output_dir))
+    folder = Path(HydraConfig.get().runtime.output_dir)
+    if config.resume and (done := finished(folder, config)):
+        say(told(done, folder))
+        return NOT_PLACED if done["unregistered"] else DONE
+    with message_kept(folder, message):
+        check(config)
+        result = run_job(config, folder)
     return NOT_PLACED if result.unregistered else DONE
 
 

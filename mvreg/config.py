@@ -19,6 +19,7 @@ from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from mvreg import plugins
+from mvreg.companions import refuse_stand_in
 from mvreg.contracts import KINDS
 from mvreg.errors import InputError, MvregError
 from mvreg.explain import explained, no_such_key
@@ -72,12 +73,13 @@ def check(config: DictConfig) -> None:
     Raises
     ------
     InputError
-        For a key that neither the schema nor the stage has, a kind without a stage, or a negative
-        `rng`; lists the options.
+        For a key that neither the schema nor the stage has, a method that is not installed, a kind
+        without a stage, or a negative `rng`; says what there is.
     """
     known = [field.name for field in fields(Schema)]
     if unknown := sorted({str(key) for key in config} - set(known)):
         raise InputError(no_such_key(unknown[0], known))
+    refuse_stand_in(config)
     for kind in KINDS:
         if kind not in config or OmegaConf.is_missing(config, kind) or config[kind] is None:
             raise InputError(f"{kind} needs a choice: {kind}=NAME; options: {options(kind)}")

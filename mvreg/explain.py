@@ -78,6 +78,8 @@ def origin(error: Exception) -> str:
 def no_such_choice(file: str, options: Iterable[str]) -> str:
     """For ``refine=foo``."""
     group, _, name = file.rpartition("/")
+    if file == "hydra/launcher/joblib":
+        return "hydra/launcher=joblib is not installed: pip install hydra-joblib-launcher"
     listed = ", ".join(options or choices().get(group, ())) or "none"
     if group in KINDS:
         return f"{group}={name} is not registered; options: {listed}"

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mvreg.parallel import threads
 from mvreg.types import Array, Indices
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
 #: Queries run on all cores; the answers do not depend on how many there are.
-WORKERS = -1
+WORKERS = threads()
 #: Fewer queries than this are answered before threads have started.
 FEW = 5000
 

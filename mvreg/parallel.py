@@ -11,12 +11,22 @@ Item = TypeVar("Item")
 Answer = TypeVar("Answer")
 
 
+def threads() -> int:
+    """How many threads to use: what OMP_NUM_THREADS says, else one for each core.
+
+    Open3D and NumPy go by that variable too; and joblib, Hydra's launcher for parallel jobs, sets
+    it in its processes, so that jobs side by side share the cores.
+    """
+    wanted = os.environ.get("OMP_NUM_THREADS", "").partition(",")[0].strip()
+    return int(wanted) if wanted.isdecimal() and int(wanted) > 0 else os.cpu_count() or 1
+
+
 def in_threads(function: Callable[[Item], Answer], items: Sequence[Item]) -> list[Answer]:
     """``[function(item) for item in items]``, in threads: NumPy and SciPy release the lock.
 
     `function` must not share anything that it changes, a random generator least of all.
     """
-    workers = min(os.cpu_count() or 1, len(items))
+    workers = min(threads(), len(items))
     if workers < 2:
         return [function(item) for item in items]
     with ThreadPoolExecutor(workers) as pool:

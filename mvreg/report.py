@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 import platform
 from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
 from importlib import metadata
 
 from mvreg.evaluate import Consistency, PoseErrors, ScanError, consistency, pose_errors
+from mvreg.provenance import commit, machine
 from mvreg.report_file import SCHEMA, to_plain
 from mvreg.types import Pair, Result, ScanSet, View
 
@@ -50,7 +52,8 @@ def build_report(
     -------
     dict
         Only what JSON knows; numbers that are NaN or infinite have become None. Lengths are in
-        `unit`, poses are ``T_model_scan``, row by row.
+        `unit`, poses are ``T_model_scan``, row by row; `model_points` is the size of the merged
+        view, None where the strategy keeps none.
     """
     errors = pose_errors(result.poses, scanset.poses, result.reference)
     complete = "incomplete" if result.unregistered else "complete"
@@ -66,12 +69,16 @@ def build_report(
         "poses": dict(result.poses),
         "unregistered": list(result.unregistered),
         "num_pairs": len(result.pairs),
+        "model_points": None if result.model is None else len(result.model.points),
         "seconds": {**pair_seconds(result.pairs), **seconds},
         "errors": _errors(errors),
         "consistency": _consistency(consistency(result.poses, views)),
         "scans": [_row(scan.name, result, errors) for scan in scanset.scans],
         "config": dict(config),
         "versions": versions(),
+        "commit": commit(),
+        "machine": machine(),
+        "finished": datetime.now(UTC).isoformat(timespec="seconds"),
     }
     plain: dict[str, object] = to_plain(report)
     return plain

@@ -14,9 +14,10 @@ from hydra.plugins.search_path_plugin import SearchPathPlugin
 from omegaconf import MISSING, DictConfig, OmegaConf
 
 from mvreg import plugins
+from mvreg.companions import stand_ins
 from mvreg.contracts import KINDS
 from mvreg.errors import PluginError
-from mvreg.presets import CONFIG_PATH, addresses, plugin_paths
+from mvreg.presets import CONFIG_PATH, addresses, choices, plugin_paths
 
 
 @dataclass
@@ -36,6 +37,7 @@ class Schema:
     method: str = MISSING
     rng: int = MISSING
     rerun: bool = MISSING
+    resume: bool = MISSING
     debug: bool = MISSING
 
 
@@ -105,12 +107,14 @@ def registered() -> Iterator[None]:
     Plugins.instance().register(MvregSearchPath)  # loads Hydra's own entries of the store, too
     store = ConfigStore.instance()
     before = store.repo
-    store.repo = {key: value for key, value in before.items() if key not in KINDS}
+    store.repo = {key: value for key, value in before.items() if key not in {*KINDS, "method"}}
     try:
         store.store("mvreg_schema", Schema, provider="mvreg")
         for key, node in ours.items():
             kind, _, name = key.partition("/")
             store.store(name, node, group=kind, provider="mvreg")
+        for name, preset in stand_ins(choices()["method"]).items():
+            store.store(name, preset, group="method", package="_global_", provider="mvreg")
         yield
     finally:
         store.repo = before

@@ -1,4 +1,5 @@
 import os
+import re
 import sys
 import warnings
 from pathlib import Path
@@ -136,8 +137,8 @@ def test_a_failing_run_does_not_end_a_sweep_and_the_worst_code_counts(jobs, answ
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["refine=foo"], "error: refine=foo is not registered; options: icp, tricp\n"),
-        (["+method=foo"], "error: +method=foo does not exist; options: fcpma, ocpma, ocpra\n"),
+        (["refine=foo"], "error: refine=foo is not registered; options: "),
+        (["+method=foo"], "error: +method=foo does not exist; options: default, fcpma, "),
         (["+methd=fcpma"], "error: methd does not exist; did you mean method?"),
         (["bunny"], "error: cannot read 'bunny'; expected KEY=VALUE"),
         (["seed=null"], "error: Config group override must be a string or a list"),
@@ -163,7 +164,8 @@ def test_an_unknown_option_is_exit_code_2(jobs, capsys):
 def test_debug_shows_the_traceback_of_a_wrong_command(jobs, capsys):
     assert cli.main(["refine=foo", "debug=true"]) == 2
     err = capsys.readouterr().err
-    assert "Traceback" in err and err.endswith("options: icp, tricp\n")
+    assert "Traceback" in err
+    assert re.search(r"options: (\w+, )*icp, (\w+, )*tricp(, \w+)*\n$", err)
 
 
 def test_leaves_the_process_as_it_was(jobs):
@@ -200,8 +202,8 @@ def test_help_has_usage_choices_and_exit_codes(jobs, capsys, words):
     assert cli.main(words) == 0
     out = capsys.readouterr().out
     assert "Usage:" in out
-    assert "\n  +method=fcpma|ocpma|ocpra\n" in out
-    assert "\n  refine=icp|tricp\n" in out
+    assert "\n  +method=default|fcpma|" in out
+    assert re.search(r"\n  refine=(\w+\|)*icp\|(\w+\|)*tricp(\|\w+)*\n", out)
     assert "bunny" in out
     assert "3 some scans not placed" in out
     assert max(map(len, out.splitlines())) <= 100

@@ -13,8 +13,6 @@ from mvreg.types import Array, Scan, ScanSet
 
 #: Elevations of the sensor (degrees), one after another, over and over.
 ELEVATIONS = (12.0, 34.0, 14.0, -16.0)
-#: Neighbouring views are at most so far apart around the figure (degrees), so that they overlap.
-WIDEST_STEP = 40.0
 #: From the sensor to the figure's centre, in sizes of the figure.
 DISTANCE = 2.5
 
@@ -41,6 +39,9 @@ class Figurine(ScanSource):
         box, cylinder, bottle.
     noise_rng : int
         Another number, other noise and slightly other viewpoints.
+    widest_step : float
+        Neighbouring views are at most so far apart around the figure (degrees); as few views as do
+        not reach around it see a part of it only.
     """
 
     views: int = 12
@@ -49,11 +50,12 @@ class Figurine(ScanSource):
     quantisation: float = 0.02
     shape: str = "gnome"
     noise_rng: int = 0
+    widest_step: float = 40.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
         for key, least in (("views", 1), ("points", 100), ("noise", 0), ("quantisation", 0),
-                           ("noise_rng", 0)):  # fmt: skip
+                           ("noise_rng", 0), ("widest_step", 0)):  # fmt: skip
             if not getattr(self, key) >= least:
                 raise InputError(f"dataset.{key}={getattr(self, key)}: expected {least} or more")
 
@@ -82,7 +84,9 @@ class Figurine(ScanSource):
         standoff = se3.from_parts(np.eye(3), np.array([0, 0, DISTANCE * mesh.size]))
         scans: list[Scan] = []
         poses: dict[str, Array] = {}
-        for index, pose in enumerate(_viewpoints(self.views, mesh.centre, mesh.size, own_rng)):
+        step = min(self.widest_step, 360 / self.views)
+        viewpoints = _viewpoints(self.views, step, mesh.centre, mesh.size, own_rng)
+        for index, pose in enumerate(viewpoints):
             name = f"{self.name}_{index:02d}"
             scan = camera(mesh, pose, own_rng, name)
             scans.append(scan.moved(standoff))
@@ -98,11 +102,15 @@ class Tiny(Figurine):
     points: int = 6_000
 
 
-def _viewpoints(count: int, centre: Array, size: float, rng: np.random.Generator) -> list[Array]:
-    """Poses ``T_world_scan`` around the figure, held by hand: near a circle, never quite on it."""
+def _viewpoints(
+    count: int, step: float, centre: Array, size: float, rng: np.random.Generator
+) -> list[Array]:
+    """Poses ``T_world_scan`` around the figure, held by hand: near a circle, never quite on it.
+
+    From one to the next are `step` degrees.
+    """
     from mvreg.datasets.viewpoints import orbit
 
-    step = min(WIDEST_STEP, 360 / count)
     poses = []
     for index in range(count):
         wobble = rng.uniform(-1, 1, size=4) * [4, 4, 12, 0.06]

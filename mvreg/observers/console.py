@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import sys
+from multiprocessing import parent_process
 from typing import TYPE_CHECKING, TextIO
 
 from mvreg.events import (
@@ -26,7 +28,8 @@ __all__ = ["Console", "render"]
 class Console:
     """Shows progress on standard error and the final table on standard output; one per run.
 
-    Where standard error is no terminal, two plain lines replace the bar.
+    Where standard error is no terminal, two plain lines replace the bar; and so they do in a
+    process that a launcher started, because there other runs write to the same terminal.
 
     Parameters
     ----------
@@ -69,7 +72,7 @@ class Console:
                 self._show(f"placed {event.name}; in all", len(self._placed))
             case RunFinished():
                 self.close()
-                render(event.report, self._run.folder if self._run else None, self._out)
+                self._tell(event)
 
     def close(self) -> None:
         """Take the bar away; may be called twice."""
@@ -77,8 +80,19 @@ class Console:
             self._bar.stop()
             self._bar = None
 
+    def _tell(self, event: RunFinished) -> None:
+        folder = self._run.folder if self._run else None
+        if parent_process() is None:
+            render(event.report, folder, self._out)
+            return
+        text = io.StringIO()
+        render(event.report, folder, text)
+        out = self._out or sys.stdout
+        out.write(text.getvalue())  # at once, not mixed with the lines of other runs
+        out.flush()
+
     def _open(self, total: int) -> None:
-        if not self._err.isatty():
+        if not self._err.isatty() or parent_process() is not None:
             return
         from rich import progress
 

@@ -1,0 +1,50 @@
+"""Methods that are known by name and come with a distribution of their own.
+
+Where it is not installed, a stand-in takes the preset's place. So a sweep over several methods
+runs those that are there, and the others' jobs fail one by one, saying what to install.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from omegaconf import DictConfig
+
+from mvreg.errors import InputError
+
+#: What brings each method.
+DISTRIBUTIONS = {
+    "surfc": "mvreg-comparators",
+    "spant": "mvreg-comparators",
+    "open3d_multiway": "mvreg-peers",
+    "kiss_gicp": "mvreg-peers",
+}
+
+
+def stand_ins(installed: Collection[str]) -> dict[str, dict[str, object]]:
+    """A preset for each method that is not installed; without a strategy, so that it cannot run.
+
+    Parameters
+    ----------
+    installed : collection of str
+        The methods that have a preset.
+    """
+    absent = [name for name in DISTRIBUTIONS if name not in installed]
+    return {name: {"method": name, "strategy": None} for name in absent}
+
+
+def refuse_stand_in(config: DictConfig) -> None:
+    """Say what brings the method of a configuration, if all there is of it is a stand-in.
+
+    Raises
+    ------
+    InputError
+        Names the distribution to install.
+    """
+    name = config.method
+    if name in DISTRIBUTIONS and config.strategy is None:
+        package = DISTRIBUTIONS[name]
+        raise InputError(
+            f"+method={name} comes with the package {package}, which is not installed; in mvreg's "
+            f"repository: pip install plugins/{package}"
+        )
