@@ -5,8 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mvreg import evaluate, se3
+from mvreg import se3, surfaces
 from mvreg.evaluate import consistency, pose_errors
+from mvreg.surfaces import closeness
 from mvreg.types import Features, Scale, View
 
 
@@ -117,6 +118,19 @@ def test_no_overlap_is_none(poses):
     assert consistency(poses, [plate("a"), plate("b")]) is None
 
 
+def test_surfaces_that_meet_are_closer_than_ones_that_do_not():
+    views = [plate("a"), plate("b"), plate("c")]
+    still = {"a": np.eye(4), "b": np.eye(4), "c": turn(0, (90, 0, 0))}
+    near = {**still, "c": turn(0, (0, 0, 0.5))}
+    assert closeness({"a": np.eye(4)}, views) == 0
+    assert closeness(still, views) == pytest.approx(2 * 400)
+    # Two plates half a resolution off: each of four ordered pairs counts 3/4 a point.
+    assert closeness(near, views) == pytest.approx((2 + 4 * 0.75) * 400)
+    assert consistency(near, views).rms > consistency(still, views).rms
+    far = {**still, "c": turn(0, (0, 0, 1.5))}
+    assert closeness(far, views) == pytest.approx(closeness(still, views)), "and never less"
+
+
 def test_normals_that_are_not_numbers_are_left_out():
     a, b = plate("a"), plate("b", height=0.25)
     broken = b.normals.copy()
@@ -134,7 +148,7 @@ def test_far_pairs_cost_no_query(monkeypatch):
     views = [plate(str(k), corner=(15.0 * k, 0)) for k in range(12)]
     calls = []
     monkeypatch.setattr(
-        evaluate,
+        surfaces,
         "nearest",
         lambda tree, queries, bound: (
             calls.append(bound),

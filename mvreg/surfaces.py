@@ -1,0 +1,151 @@
+"""How the surfaces of placed views lie on each other; needs no ground truth."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mvreg import se3
+from mvreg.nearest import nearest
+from mvreg.types import Array, View
+
+#: Neighbours further apart than this are no overlap (resolutions).
+REACH = 3.0
+#: Normals that differ by more than about 45 degrees belong to different sheets of a surface.
+LEAST_COSINE = 0.7
+#: Points asked per ordered pair of views: the median of so many is stable to a per cent.
+MOST_POINTS = 1000
+
+
+@dataclass(frozen=True)
+class Consistency:
+    """Point-to-plane distances where placed views overlap: `median` and `rms` (length).
+
+    `resolution` (length) is what the relative figures divide by; `points` distances were measured
+    in `pairs` ordered pairs of views.
+    """
+
+    median: float
+    rms: float
+    resolution: float
+    points: int
+    pairs: int
+
+    @property
+    def relative_median(self) -> float:
+        """The median in resolutions."""
+        return self.median / self.resolution
+
+    @property
+    def relative_rms(self) -> float:
+        """The RMS in resolutions."""
+        return self.rms / self.resolution
+
+
+def consistency(poses: Mapping[str, Array], views: Sequence[View]) -> Consistency | None:
+    """How well the placed surfaces lie on each other; needs no ground truth.
+
+    For every ordered pair of views whose bounding boxes overlap, points of one find their nearest
+    neighbour in the other within 3 resolutions; where the normals agree, the distance along the
+    other's normal counts. Points are taken evenly from each list, so the answer is deterministic.
+
+    It measures how tightly overlaps close, not whether they are the right ones: a false placement
+    that touches nothing leaves no trace here.
+
+    Parameters
+    ----------
+    poses : mapping of scan name to (4, 4) array
+        ``T_model_scan``; views without a pose are left out.
+    views : sequence of View
+        Registration points and normals, each in its scan's frame.
+
+    Returns
+    -------
+    Consistency or None
+        None where nothing overlaps.
+    """
+    found = _heights(poses, views)
+    if not found:
+        return None
+    distances = np.concatenate(found)
+    return Consistency(
+        median=float(np.median(distances)),
+        rms=float(np.sqrt(np.mean(distances**2))),
+        resolution=views[0].scale.resolution,
+        points=len(distances),
+        pairs=len(found),
+    )
+
+
+def closeness(poses: Mapping[str, Array], views: Sequence[View]) -> float:
+    """How much of the surfaces meets, and how closely: one number, to compare sets of poses by.
+
+    Truncated least squares: every distance h that `consistency` measures counts ``1 - h^2``, in
+    resolutions, if that is positive. Unlike the mean distance it does not fall when surfaces begin
+    to meet that were apart before. Larger is better; zero where nothing meets.
+    """
+    return sum(
+        float(np.maximum(0.0, 1 - (heights / views[0].scale.resolution) ** 2).sum())
+        for heights in _heights(poses, views)
+    )
+
+
+def _heights(poses: Mapping[str, Array], views: Sequence[View]) -> list[Array]:
+    """Point-to-plane distances of the ordered pairs of views that meet, see `consistency`."""
+    placed = [view for view in views if view.name in poses and len(view.points)]
+    resolution = placed[0].scale.resolution if placed else 0.0
+    if len(placed) < 2 or not resolution > 0:
+        return []
+    reach = REACH * resolution
+    found = []
+    for i, j in neighbours(placed, poses, reach):
+        source, target = placed[i], placed[j]
+        transform = se3.invert(poses[target.name]) @ poses[source.name]
+        found.append(_point_to_plane(source, target, transform, reach))
+    return [heights for heights in found if len(heights)]
+
+
+def neighbours(
+    views: Sequence[View], poses: Mapping[str, Array], reach: float
+) -> list[tuple[int, int]]:
+    """Ordered pairs of views whose boxes in the model frame come within `reach` of each other.
+
+    Parameters
+    ----------
+    views : sequence of View
+        All with points, all with a pose.
+    poses : mapping of scan name to (4, 4) array
+        ``T_model_scan``.
+    reach : float
+        Length.
+
+    Returns
+    -------
+    list of (int, int)
+        Positions in `views`.
+    """
+    clouds = [se3.apply(poses[view.name], view.points) for view in views]
+    low = np.stack([cloud.min(axis=0) for cloud in clouds]) - reach / 2
+    high = np.stack([cloud.max(axis=0) for cloud in clouds]) + reach / 2
+    near = (low[:, None] <= high[None]).all(axis=2) & (low[None] <= high[:, None]).all(axis=2)
+    return [(int(i), int(j)) for i, j in np.argwhere(near) if i != j]
+
+
+def _point_to_plane(source: View, target: View, T_target_source: Array, reach: float) -> Array:
+    """Distances of source points to the target's tangent planes, where the surfaces meet."""
+    step = -(-len(source.points) // MOST_POINTS)
+    points = se3.apply(T_target_source, source.points[::step])
+    normals = source.normals[::step] @ T_target_source[:3, :3].T
+    # The box first: most points of a pair that hardly overlaps then cost no query.
+    inside = ((points >= target.tree.mins - reach) & (points <= target.tree.maxes + reach)).all(1)
+    points, normals = points[inside], normals[inside]
+    distances, partners = nearest(target.tree, points, reach)
+    met = np.isfinite(distances)
+    points, normals, partners = points[met], normals[met], partners[met]
+    planes = target.normals[partners]
+    agree = np.abs(np.einsum("ij,ij->i", normals, planes)) > LEAST_COSINE
+    offsets = points[agree] - target.points[partners[agree]]
+    heights: Array = np.abs(np.einsum("ij,ij->i", offsets, planes[agree]))
+    return heights
