@@ -8,7 +8,7 @@ python  := $(VENV)/bin/python
 plugins := $(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml))
 stamp   := $(VENV)/.installed
 
-.PHONY: help demo test lint clean
+.PHONY: help demo test lint docs clean
 
 help: ## Say what there is
 	@echo 'make TARGET; each builds $(VENV) first when it is missing'
@@ -28,6 +28,9 @@ lint: $(stamp) ## Style and types: ruff and mypy
 test: lint ## Lint, then every test; with MVREG_DATA set also those on real scans
 	@echo '==> tests$(if $(MVREG_DATA),, (MVREG_DATA is not set: those on real scans are skipped))'
 	@$(python) -m pytest -n 2
+
+docs: $(stamp) ## Put the code that the documents include into them again
+	@$(python) tests/include.py
 
 clean: ## Remove the environment and what tools left behind; keep runs
 	rm -rf $(VENV) build dist *.egg-info plugins/*/*.egg-info

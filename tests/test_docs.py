@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fake_plugins import install
+from include import DOCUMENTS, included
 from observed import run as observed_run
 
 import mvreg
@@ -24,10 +25,6 @@ from mvreg.testing import SeedContract
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text()
-DOCUMENTS = sorted(
-    file for pattern in ("*.md", "plugins/*.md", "plugins/*/*.md", "experiments/*.md")
-    for file in ROOT.glob(pattern)
-)  # fmt: skip
 STANFORD = {"bunny", "dragon", "buddha", "armadillo"}
 
 
@@ -212,6 +209,16 @@ def test_links_lead_somewhere(file):
     links = re.findall(r"\]\(([^)\s]+)\)", file.read_text())
     local = [link.partition("#")[0] for link in links if not link.startswith(("http:", "https:"))]
     assert [link for link in local if link and not (file.parent / link).exists()] == []
+
+
+@pytest.mark.parametrize("file", DOCUMENTS, ids=lambda file: str(file.relative_to(ROOT)))
+def test_included_code_is_the_code_that_runs(file):
+    assert included(file) == file.read_text(), "run `make docs`"
+
+
+def test_the_tutorial_is_included():
+    tutorial = ROOT / "plugins/mvreg-fpfh"
+    assert (tutorial / "mvreg_fpfh.py").read_text() in (tutorial / "README.md").read_text()
 
 
 def test_the_picture_is_small():
