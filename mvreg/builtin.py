@@ -17,6 +17,7 @@ def mvreg_stages() -> dict[str, type]:
         judge,
         propagate,
         refine,
+        refine_planes,
         seed,
         strategy,
     )
@@ -36,6 +37,10 @@ def mvreg_stages() -> dict[str, type]:
         "propagate/consensus": propagate.ConsensusPropagate,
         "refine/tricp": refine.TrimmedICP,
         "refine/icp": refine.ICP,
+        "refine/fractional_icp": refine.FractionalICP,
+        "refine/point_to_plane": refine_planes.PointToPlane,
+        "refine/symmetric": refine_planes.SymmetricICP,
+        "refine/gicp": refine_planes.GeneralizedICP,
         "judge/tmse": judge.TmseJudge,
         "judge/tmse_surface": judge.TmseSurfaceJudge,
         "judge/point_to_plane": judge.PointToPlaneJudge,

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from mvreg import se3
 from mvreg.errors import InputError
-from mvreg.stages.refine import ICP, TrimmedICP, trim, trimmed_pairs
+from mvreg.stages.refine import ICP, FractionalICP, TrimmedICP, trim, trimmed_pairs
 from mvreg.testing import blob_views, overlap
 from mvreg.testing.refine import nudge
 
@@ -61,7 +61,10 @@ def test_a_bound_does_not_change_the_pairs(rng, share, exponent, bound):
     assert list(free.chosen) == list(np.argsort(table.min(axis=1))[: len(free.chosen)])
 
 
-@pytest.mark.parametrize("stage", [TrimmedICP(), TrimmedICP(min_overlap=0.2, exponent=1.0), ICP()])
+@pytest.mark.parametrize(
+    "stage",
+    [TrimmedICP(), TrimmedICP(min_overlap=0.2, exponent=1.0), ICP(), FractionalICP()],
+)
 @pytest.mark.parametrize("start", [(3.0, 1.0), (20.0, 4.0), (120.0, 10.0)])
 def test_the_objective_never_grows(stage, start):
     """Pairs, overlap and motion are each solved exactly, so no iteration makes it worse."""
@@ -130,3 +133,33 @@ def test_plain_icp_counts_every_point():
 def test_a_share_is_a_share(share):
     with pytest.raises(InputError, match=r"refine\.min_overlap: expected a share in \(0, 1\]"):
         TrimmedICP(min_overlap=share)
+
+
+@quick
+@given(rngs, st.integers(1, 8), st.sampled_from([0.95, 1.3, 3.0]))
+def test_the_fractional_rmsd_is_least_of_all_subsets(rng, size, exponent):
+    """FRMSD as its authors write it, over every subset, against what the stage reports."""
+    pair = overlap()
+    chosen = rng.choice(len(pair.source.points), size, replace=False)
+    few = replace(pair.source, points=pair.source.points[chosen])
+    begin = pair.T_target_source @ nudge(pair.source, 4 * rng.random(), 3)
+    stage = FractionalICP(exponent=exponent, min_overlap=0.01, max_iterations=0)
+    found = stage(few, pair.target, begin)
+    moved = se3.apply(begin, few.points)
+    table = np.linalg.norm(moved[:, None] - pair.target.points[None], axis=2).min(axis=1)
+    subsets = (s for k in range(1, size + 1) for s in combinations(table, k))
+    frmsd = {s: np.sqrt(np.mean(np.square(s))) / (len(s) / size) ** exponent for s in subsets}
+    best = min(frmsd, key=frmsd.get)
+    assert np.sqrt(found.objective) == pytest.approx(frmsd[best])
+    np.testing.assert_allclose(found.distances, sorted(best))
+
+
+def test_fractional_icp_is_tricp_with_another_exponent():
+    """Phillips' 1.5 is the paper's 2: a square root changes no minimum."""
+    pair = overlap()
+    begin = pair.T_target_source @ nudge(pair.source, 3.0, 1.0)
+    fractional = FractionalICP(exponent=1.5)(pair.source, pair.target, begin)
+    trimmed = TrimmedICP(exponent=2.0)(pair.source, pair.target, begin)
+    np.testing.assert_array_equal(fractional.T_target_source, trimmed.T_target_source)
+    assert fractional.objective == trimmed.objective
+    assert FractionalICP()(pair.source, pair.target, begin).overlap < trimmed.overlap

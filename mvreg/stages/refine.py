@@ -1,4 +1,4 @@
-"""Refine a coarse pose: ICP, and TrICP with its trimming solved exactly."""
+"""Refine a coarse pose by closest points: ICP, TrICP and fractional ICP, trimmed exactly."""
 
 from __future__ import annotations
 
@@ -26,6 +26,11 @@ class Trim:
     distances: Array
     objective: float
     bound: float
+
+    def next_bound(self, least: float) -> float:
+        """How far to look for neighbours in the next iteration; `least` is positive (length)."""
+        # Shrinks slowly: where it must be widened, the whole query is done again.
+        return max(2 * float(self.distances[-1]), 0.9 * self.bound, least)
 
 
 def trim(distances: Array, min_overlap: float, exponent: float) -> tuple[int, float]:
@@ -99,8 +104,7 @@ class TrimmedICP:
             )
 
     def __call__(self, source: View, target: View, T_init: Array) -> Registration:
-        bound = 4 * source.scale.spacing
-        transform, pairs, iterations, converged = self.iterate(source.points, target, T_init, bound)
+        transform, pairs, iterations, converged = self.iterate(source, target, T_init)
         return Registration(
             source=source.name,
             target=target.name,
@@ -115,25 +119,27 @@ class TrimmedICP:
             converged=converged,
         )
 
+    def pair(self, target: View, moved: Array, bound: float) -> Trim:
+        """Pair `moved` (N, 3) with the target's points; see `trimmed_pairs`."""
+        return trimmed_pairs(target, moved, bound, self.min_overlap, self.exponent)
+
     def iterate(
-        self, points: Array, target: View, transform: Array, bound: float
+        self, source: View, target: View, transform: Array
     ) -> tuple[Array, Trim, int, bool]:
-        """Pair, trim and fit `points` (N, 3) in turn, from `transform` until psi stands still.
+        """Pair, trim and fit the source in turn, from `transform` until psi stands still.
 
         Returns the pose, the pairs that belong to it, the number of iterations and whether psi
         stood still.
         """
-        previous = np.inf
+        points, spacing, previous = source.points, source.scale.spacing, np.inf
+        bound = 4 * spacing
         for iteration in range(self.max_iterations + 1):
-            moved = se3.apply(transform, points)
-            pairs = trimmed_pairs(target, moved, bound, self.min_overlap, self.exponent)
+            pairs = self.pair(target, se3.apply(transform, points), bound)
             if previous - pairs.objective <= self.tolerance * pairs.objective:
                 return transform, pairs, iteration, True
             if iteration == self.max_iterations:
                 break
-            previous = pairs.objective
-            # Shrinks slowly: where it must be widened, the whole query is done again.
-            bound = max(2 * pairs.distances[-1], 0.9 * pairs.bound, 1e-9 * target.scale.spacing)
+            previous, bound = pairs.objective, pairs.next_bound(1e-9 * spacing)
             transform = se3.fit(points[pairs.chosen], target.points[pairs.targets])  # Eq. (5)
         return transform, pairs, iteration, False
 
@@ -148,3 +154,31 @@ class ICP(TrimmedICP):
 
     exponent: float = 0.0
     min_overlap: float = 1.0
+
+
+@dataclass(frozen=True)
+class FractionalICP(TrimmedICP):
+    """Fractional ICP (Phillips, Liu and Tomasi 2007): minimise the fractional RMSD.
+
+    ``FRMSD = trimmed_rmse / overlap^exponent``, over pairs, overlap and motion in turn, each solved
+    exactly. It is TrICP with another exponent and without a known overlap, because a square root
+    changes no minimum; `Registration.objective` is FRMSD^2 (length^2), ``2 exponent = 1 + lambda``
+    of the paper's psi. The smaller exponent trims more.
+
+    Parameters
+    ----------
+    exponent : float
+        The power of the overlap under the root mean square: the authors' 0.95 for three
+        dimensions, as in PCL and libpointmatcher.
+    min_overlap : float
+        Smallest overlap considered. The authors have none; without one, a single pair that
+        coincides would be the best of all subsets. 0.4 as in `TrimmedICP`.
+    max_iterations, tolerance
+        As in `TrimmedICP`.
+    """
+
+    exponent: float = 0.95
+
+    def pair(self, target: View, moved: Array, bound: float) -> Trim:
+        """Pair `moved` (N, 3) with the target's points, trimmed to the least FRMSD."""
+        return trimmed_pairs(target, moved, bound, self.min_overlap, 2 * self.exponent - 1)
