@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,8 +18,8 @@ if TYPE_CHECKING:
 WIDTH = 8.85
 DPI = 200
 GREY = "#555555"
-#: Fixed, so that no matplotlibrc of a user changes a committed figure.
-RC: Mapping[str, Any] = {
+#: What differs from matplotlib's own defaults.
+RC: Any = {
     "font.family": "DejaVu Sans", "font.size": 8.5, "axes.titlesize": 9.5, "axes.labelsize": 8.5,
     "xtick.labelsize": 8.5, "ytick.labelsize": 8.5, "legend.fontsize": 8.5,
     "axes.spines.top": False, "axes.spines.right": False, "axes.edgecolor": GREY,
@@ -53,6 +54,17 @@ def scan_colours(count: int) -> Array:
     from matplotlib.colors import to_rgb
 
     return np.array([to_rgb(SCANS[index % len(SCANS)]) for index in range(count)])
+
+
+@contextmanager
+def styled() -> Iterator[None]:
+    """Inside, matplotlib draws in this style whatever the user's own settings are."""
+    import matplotlib
+
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(RC)
+        yield
 
 
 def canvas(height: float, width: float = WIDTH) -> Figure:
