@@ -18,6 +18,10 @@ demo: $(stamp) ## Register the embedded figurine with FCPMA
 	@echo '==> mvreg +method=fcpma dataset=figurine'
 	@$(python) -m mvreg +method=fcpma dataset=figurine
 
+report: $(stamp) ## Tables and figures in experiments/results from what the experiments left in runs/
+	@echo '==> report'
+	@$(python) experiments/report.py
+
 lint: $(stamp) ## Style and types: ruff and mypy
 	@echo '==> style'
 	@$(python) -m ruff check

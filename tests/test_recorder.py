@@ -143,6 +143,15 @@ def test_no_link_when_not_wanted(tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["now"]
 
 
+def test_an_interruption_after_the_end_takes_nothing_away(tmp_path):
+    recorder = Recorder(tmp_path)
+    for event in run(tmp_path):
+        recorder.mvreg_event(event)
+    before = (tmp_path / "result.json").read_text()
+    assert recorder.finish_interrupted(rng=3, config={}) is None
+    assert (tmp_path / "result.json").read_text() == before
+
+
 def test_a_latest_of_somebody_else_is_left_alone(tmp_path):
     (tmp_path / "latest").mkdir()
     record(tmp_path / "now", run())

@@ -81,7 +81,8 @@ class Recorder:
         Returns
         -------
         Path or None
-            The ``result.json``; None if there was no reference yet, and so no pose.
+            The ``result.json``; None if there was no reference yet, and so no pose, or if the run
+            is recorded to its end already.
         """
         if self._run is None or self._reference is None:
             self.close()
@@ -138,6 +139,7 @@ class Recorder:
         # Last, so that whoever sees it finds the rest complete.
         file = self.folder / "result.json"
         write_text(file, report_file.dumps(report))
+        self._run = None  # an interruption from now on takes nothing away
         if self.link:
             link_latest(self.folder)
         return file
