@@ -1,0 +1,25 @@
+"""The systems that FCPMA is compared with, as a plugin of mvreg: `surfc` and `spant`."""
+
+from __future__ import annotations
+
+import mvreg
+
+
+@mvreg.hookimpl
+def mvreg_stages() -> dict[str, type]:
+    """Return the strategies, and their tests as judges."""
+    from mvreg_comparators.spant import SpanningTreeStrategy
+    from mvreg_comparators.surfc import SurfaceConsistentStrategy
+    from mvreg_comparators.visibility import VisibilityJudge
+
+    return {
+        "strategy/surfc": SurfaceConsistentStrategy,
+        "strategy/spant": SpanningTreeStrategy,
+        "judge/visibility": VisibilityJudge,
+    }
+
+
+@mvreg.hookimpl
+def mvreg_config_path() -> str:
+    """Return where ``+method=surfc`` and ``+method=spant`` are."""
+    return "pkg://mvreg_comparators.conf"

@@ -1,0 +1,1 @@
+"""The presets: `method/surfc.yaml` and `method/spant.yaml`."""
