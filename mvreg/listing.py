@@ -26,6 +26,7 @@ Examples:
   mvreg dataset=folder dataset.path=DIR      your own scans, in any order
   mvreg +method=fcpma dataset=bunny dataset.order=shuffle rng=1
   mvreg -m +method=ocpma,fcpma dataset=bunny,dragon     a run for each combination
+  mvreg -m +experiment=table1                the runs behind a table of the paper
   mvreg +method=fcpma --cfg job              show the configuration, run nothing
 
 Choices:
@@ -35,6 +36,7 @@ Keys:
   KIND.PARAMETER=VALUE   a parameter of a stage; mvreg plugins lists them: seed.top_fraction=0.5
   rng=0                  everything random follows from this number
   rerun=true             write run.rrd, a recording for the rerun viewer
+  resume=false           leave out a run whose folder has an answer already; experiments do
   debug=false            show the traceback of an error
 
 A run writes runs/DATASET/METHOD/TIME/: result.json, poses, pairs.csv, model.ply, run.rrd.

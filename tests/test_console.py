@@ -84,6 +84,22 @@ def test_on_a_terminal_the_bar_names_the_scan_at_hand(monkeypatch):
     assert "NOT PLACED" in out
 
 
+def test_runs_side_by_side_share_a_terminal(monkeypatch):
+    class Counting(Terminal):
+        writes = 0
+
+        def write(self, text: str) -> int:
+            self.writes += 1
+            return super().write(text)
+
+    monkeypatch.setattr("mvreg.observers.console.parent_process", lambda: object())
+    terminal = Counting()
+    out, err = show(run(), terminal, Terminal())
+    assert err == "plates: 3 scans, grow\nprepared 3 scans, registering\n"
+    assert terminal.writes == 1, "or other runs' lines would come between"
+    assert "placed 2 of 3" in out and "\x1b" not in out
+
+
 def test_the_bar_goes_away_when_a_run_breaks_off(monkeypatch):
     monkeypatch.setenv("TERM", "xterm-256color")
     err = Terminal()

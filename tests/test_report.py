@@ -1,11 +1,16 @@
 import json
 import math
+import platform
+import re
+from datetime import UTC, datetime
+from pathlib import Path
 
 import numpy as np
 import pytest
 from observed import run, scanset, view_of
 
 from mvreg.errors import InputError
+from mvreg.provenance import commit, git
 from mvreg.report import build_report, telling_pair, versions
 from mvreg.report_file import dumps, load_report
 from mvreg.types import Pair, Result, Verdict
@@ -100,6 +105,33 @@ def test_complete_and_interrupted():
     assert build_report(data, views, everything, **about)["status"] == "complete"
     cut = build_report(data, views, everything, **about, interrupted=True)
     assert cut["status"] == "interrupted"
+
+
+def test_says_where_it_was_made_and_nothing_private():
+    found = report()
+    assert set(found["machine"]) == {"cpu", "cores", "threads", "system"}
+    assert found["machine"]["cpu"] and found["machine"]["cores"] >= 1
+    private = {platform.node(), str(Path.home()), str(Path(__file__).parents[1])} - {"", "/"}
+    shown = dumps({key: found[key] for key in ("machine", "commit", "versions")})
+    assert not [word for word in private if word in shown]
+    assert abs(datetime.now(UTC) - datetime.fromisoformat(found["finished"])).seconds < 60
+
+
+def test_the_commit_is_the_checkouts_or_none():
+    root = Path(__file__).parents[1]
+    if git(root, "rev-parse", "HEAD") is None:
+        assert commit() is None
+    else:
+        assert re.fullmatch(r"[0-9a-f]{12,}(-changed)?", commit())
+    assert git(root, "no-such-word") is None
+
+
+def test_the_size_of_the_model_is_kept():
+    assert report()["model_points"] == 800
+    data = scanset()
+    bare = Result("a.ply", {"a.ply": np.eye(4)}, ("b.ply", "c.ply"), ())
+    found = build_report(data, [], bare, method="m", rng=None, seconds={}, config={})
+    assert found["model_points"] is None
 
 
 def test_versions_name_what_can_change_the_answer():

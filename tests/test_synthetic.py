@@ -392,3 +392,15 @@ def test_importing_the_data_set_is_cheap():
         "assert not heavy, heavy"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_views_are_as_far_apart_as_they_may_be():
+    def steps(widest):
+        scans = Tiny(views=4, points=300, widest_step=widest)(np.random.default_rng(0))
+        poses = np.stack([scans.poses[scan.name] for scan in scans.scans])
+        return np.degrees(se3.rotation_angle(poses[:-1], poses[1:]))
+
+    near, far = steps(40), steps(200)  # four views all around are 90 degrees apart
+    assert (far - near > 30).all() and (far < 110).all()
+    with pytest.raises(InputError, match="widest_step"):
+        Tiny(widest_step=-1)
