@@ -90,7 +90,8 @@ def draw_comparison(rows: Sequence[Row], methods: Sequence[str], best: str) -> F
     tops = HEAD + np.cumsum([0.0, *heights[:-1]])
     for row, top, height in zip(rows, tops, heights, strict=True):
         if row.scene is None:
-            word = next((m.word for m in row.methods.values() if m.word), "not run")
+            words = [found.word for found in row.methods.values() if found.word]
+            word = words[0] if words else "scans not on this machine"
             sheet.write(0.5, top + height / 2, f"{row.name}: {word}", color=GREY)
             continue
         sheet.write(LEFT / 2, top + height / 2, row.name, rotation=90, fontsize=9.5)
