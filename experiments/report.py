@@ -19,6 +19,8 @@ from tables import gaps, jobs, table
 
 RESULTS = Path(__file__).resolve().parent / "results"
 IMAGES = (".svg", ".png")
+#: What ``floor.py`` writes.
+FLOOR = "floor.md"
 
 LEGEND = """\
 `false`: scans placed more than 5 degrees off the truth. e_R: mean Frobenius norm of the rotations'
@@ -52,6 +54,8 @@ def main(root: Path = ROOT, out: Path = RESULTS, figures: bool = True) -> None:
         there = sum(run.report is not None for run in found)
         contents.append(f"| [{page.title}]({name}.md) | {there} of {len(found)} |")
         sys.stdout.write(f"{out / name}.md: {there} of {len(found)} jobs have a result\n")
+    if (out / FLOOR).is_file():
+        contents.append(f"| [How far the truth can be trusted]({FLOOR}) | |")
     (out / "README.md").write_text("\n".join(overview(contents)) + "\n", "utf-8")
 
 
@@ -74,6 +78,11 @@ def text(name: str, page: Page, found: Sequence[Run], out: Path) -> list[str]:
     rows = jobs(found, list(page.labels), page.base, page.printed)
     lines = [f"# {page.title}", "", page.text, "", f"`python -m mvreg -m +experiment={name}`", ""]
     lines += [*table(rows, page.labels), "", LEGEND]
+    if any(job.printed for job in rows) and (out / FLOOR).is_file():
+        lines += [
+            "",
+            f"Below some errors they measure the truth, not the method: [{FLOOR}]({FLOOR}).",
+        ]
     lines += section("The paper's claims", [str(c) for c in page.check(found, page.printed)])
     lines += section("Without a result", gaps(rows))
     lines += section("Figures", pictures(name, out))

@@ -45,6 +45,6 @@ def refuse_stand_in(config: DictConfig) -> None:
     if name in DISTRIBUTIONS and config.strategy is None:
         package = DISTRIBUTIONS[name]
         raise InputError(
-            f"+method={name} comes with the package {package}, which is not installed; in mvreg's "
-            f"repository: pip install plugins/{package}"
+            f"+method={name} comes with the plugin {package}, which is not installed; install it "
+            f"with: pip install ./plugins/{package}"
         )

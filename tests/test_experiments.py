@@ -323,6 +323,14 @@ def test_figures_are_shown_below_the_table_they_belong_to(tmp_path):
     assert "Figures" not in page(tmp_path, out, "noise")
 
 
+def test_the_floor_is_named_where_errors_are_compared_with_it(tmp_path):
+    out = tmp_path / "out"
+    assert "floor.md" not in page(tmp_path, out) + (out / "README.md").read_text()
+    (out / "floor.md").touch()
+    assert "(floor.md)" in page(tmp_path, out) and "(floor.md)" in (out / "README.md").read_text()
+    assert "(floor.md)" not in page(tmp_path, out, "delta")
+
+
 def test_the_printed_figures_agree_with_each_other():
     import printed
 
