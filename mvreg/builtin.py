@@ -15,11 +15,14 @@ def mvreg_stages() -> dict[str, type]:
         describe,
         downsample,
         judge,
+        motion_averaging,
         propagate,
         refine,
         refine_planes,
         seed,
         strategy,
+        strategy_coarse_to_fine,
+        strategy_sequential,
     )
 
     return {
@@ -47,5 +50,9 @@ def mvreg_stages() -> dict[str, type]:
         "augment/concat": augment.ConcatAugment,
         "augment/merge": augment.MergeAugment,
         "strategy/grow": strategy.GrowStrategy,
+        "strategy/sequential": strategy_sequential.SequentialStrategy,
+        "strategy/coarse_to_fine": strategy_coarse_to_fine.CoarseToFineStrategy,
         "adjust/none": adjust.NoAdjust,
+        "adjust/motion_averaging": motion_averaging.MotionAveraging,
+        "adjust/weighted_motion_averaging": motion_averaging.WeightedMotionAveraging,
     }
