@@ -53,15 +53,15 @@ def placed(methods: Sequence[str]) -> Callable[[Mapping[str, Run]], Case]:
     """Every scan is placed by every one of some methods, and none falsely."""
 
     def check(found: Mapping[str, Run]) -> Case:
-        runs = {name: found[name] for name in methods if name in found and found[name].report}
-        if not runs:
-            return None
-        shown, good = [], True
-        for name, run in runs.items():
-            now, wrong = measured(run), false_placements(run)
-            good &= now.complete and not wrong
+        shown, good, known = [], True, False
+        for name in methods:
+            if name not in found or found[name].report is None:
+                shown.append(f"{name} not measured")
+                continue
+            now, wrong = measured(found[name]), false_placements(found[name])
+            good, known = good and now.complete and not wrong, True
             shown.append(f"{name} {now.placed} of {now.total}, {wrong or 0} falsely")
-        return good, "(" + ", ".join(shown) + ")"
+        return (good, "(" + "; ".join(shown) + ")") if known else None
 
     return check
 
@@ -105,15 +105,16 @@ def rising(
 
 
 def pairs(
-    method: str, wanted: Callable[[float, int], bool], formula: str
+    method: str, wanted: Callable[[float, int], bool], name: str, bound: Callable[[int], int]
 ) -> Callable[[Mapping[str, Run]], Case]:
-    """The number of pair-wise registrations is as a formula in the number of scans says."""
+    """The number of pair-wise registrations is as wanted beside a bound, under its name."""
 
     def check(found: Mapping[str, Run]) -> Case:
         now = measured(found[method]) if method in found else Measured()
         if not now.total:
             return None
-        return wanted(now.pairs, now.total), f"{now.pairs:.0f} with N = {now.total}{formula}"
+        limit = bound(now.total)
+        return wanted(now.pairs, limit), f"{now.pairs:.0f} ({name} = {limit})"
 
     return check
 
@@ -131,8 +132,3 @@ def attempts(run: Run) -> float:
 def rotation(run: Run) -> float:
     """e_R."""
     return measured(run).rotation
-
-
-def few(count: float, scans: int) -> bool:
-    """A little more than N - 1: less than twice as many."""
-    return scans - 1 <= count < 2 * (scans - 1)

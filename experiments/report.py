@@ -83,7 +83,7 @@ def text(name: str, page: Page, found: Sequence[Run], out: Path) -> list[str]:
             "",
             f"Below some errors they measure the truth, not the method: [{FLOOR}]({FLOOR}).",
         ]
-    lines += section("The paper's claims", [str(c) for c in page.check(found, page.printed)])
+    lines += section("Claims", [str(c) for c in page.check(found, page.printed)])
     lines += section("Without a result", gaps(rows))
     lines += section("Figures", pictures(name, out))
     return lines + section("Measured", sources(found))

@@ -16,6 +16,7 @@ from mvreg.types import Pair, Result, ScanSet, View
 #: What can change the answer. Open3D has two distributions, of which one is installed.
 DISTRIBUTIONS = (
     "mvreg", "numpy", "scipy", "open3d", "open3d-cpu", "hydra-core", "pluggy", "rerun-sdk",
+    "mvreg-comparators", "mvreg-peers", "kiss-matcher", "small-gicp",
 )  # fmt: skip
 
 

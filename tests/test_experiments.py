@@ -207,7 +207,7 @@ def test_claims_hold_or_not_as_the_numbers_say(tmp_path):
     assert found["FCPMA is faster than OCPMA, "][0] == "holds"
     assert found["merging keeps the model smal"][0] == "holds"
     verdict, claim = found["FCPMA attempts few more than"]
-    assert verdict == "holds" and "bunny 3 with N = 3" in claim and "dragon not measured" in claim
+    assert verdict == "holds" and "bunny 3 (N - 1 = 2)" in claim and "dragon not measured" in claim
     # One data set is enough against a claim.
     job("fcpma", "dragon", errors=(0.03, 0.4), num_pairs=4, seconds=5, model_points=10)
     job("ocpma", "dragon", errors=(0.01, 0.4), seconds=2, model_points=99, angle=90)
@@ -215,7 +215,7 @@ def test_claims_hold_or_not_as_the_numbers_say(tmp_path):
     found = verdicts(page(tmp_path, tmp_path / "out"))
     assert {verdict for verdict, _ in found.values()} == {"does not hold"}
     assert (
-        "*dragon (ocpra 3 of 3, 0 falsely, ocpma 3 of 3, 1 falsely"
+        "*dragon (ocpra 3 of 3, 0 falsely; ocpma 3 of 3, 1 falsely"
         in (found["every scan is placed, none f"][1])
     )
     assert "bunny (fcpma 1.0, ocpma 2.0, ocpra 3.0); *dragon (fcpma 5.0" in (
@@ -239,6 +239,7 @@ def test_the_comparators_numbers_of_pairs_are_checked(tmp_path):
     found = verdicts(page(tmp_path, tmp_path / "out", "table2"))
     assert found["SurfC registers all N(N - 1)"][0] == "holds"
     assert found["SpanT attempts more pairs th"][0] == "does not hold"
+    assert "bunny 3 (N(N - 1)/2 = 3)" in found["SurfC registers all N(N - 1)"][1]
 
 
 def test_missing_data_says_so_without_the_machines_paths(tmp_path):
