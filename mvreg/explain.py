@@ -29,6 +29,7 @@ BROUGHT_BY = {
     "strategy/surfc": "mvreg-comparators",
     "strategy/spant": "mvreg-comparators",
     "judge/visibility": "mvreg-comparators",
+    "judge/dual": "mvreg-comparators",
     "strategy/open3d_multiway": "mvreg-peers",
     "strategy/kiss_gicp": "mvreg-peers",
     "describe/fpfh": "mvreg-fpfh",

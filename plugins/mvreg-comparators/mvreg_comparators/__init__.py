@@ -8,6 +8,7 @@ import mvreg
 @mvreg.hookimpl
 def mvreg_stages() -> dict[str, type]:
     """Return the strategies, and their tests as judges."""
+    from mvreg_comparators.dual import DualJudge
     from mvreg_comparators.spant import SpanningTreeStrategy
     from mvreg_comparators.surfc import SurfaceConsistentStrategy
     from mvreg_comparators.visibility import VisibilityJudge
@@ -16,6 +17,7 @@ def mvreg_stages() -> dict[str, type]:
         "strategy/surfc": SurfaceConsistentStrategy,
         "strategy/spant": SpanningTreeStrategy,
         "judge/visibility": VisibilityJudge,
+        "judge/dual": DualJudge,
     }
 
 

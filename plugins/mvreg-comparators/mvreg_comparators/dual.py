@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from mvreg import se3
 from mvreg.errors import InputError
-from mvreg.types import Array, Registration, View
+from mvreg.stages.refine import TrimmedICP
+from mvreg.types import Array, Registration, Verdict, View
 
 
 @dataclass(frozen=True)
@@ -73,3 +75,48 @@ def disagreement(there: Registration, back: Registration, source: View) -> tuple
     there_pose, back_pose = there.T_target_source, se3.invert(back.T_target_source)
     shift = np.linalg.norm(se3.apply(there_pose, centre) - se3.apply(back_pose, centre))
     return float(shift), float(np.rad2deg(se3.rotation_angle(there_pose, back_pose)))
+
+
+@dataclass(frozen=True)
+class DualJudge(DualCriterion):
+    """Reliable if it fits, and refining the way back undoes it: SpanT's criterion for one pose.
+
+    A judge cannot search for a pose: the way back begins at the inverse of the registration, so
+    this is the weaker test of the two. m is the mean TMSE of the registrations accepted so far, at
+    first the target's resolution.
+
+    Parameters
+    ----------
+    first_factor, either_factor, motion_factor, max_rotation, reference_resolution
+        As in `DualCriterion`.
+    back_overlap : float
+        Smallest overlap considered on the way back; a merged model is much larger than a scan.
+    min_overlap : float
+        Registrations that keep less of the source are not relied on; 0 leaves it to the refinement.
+    """
+
+    back_overlap: float = 0.1
+    min_overlap: float = 0.0
+
+    def __call__(
+        self,
+        registration: Registration,
+        source: View,
+        target: View,
+        accepted: Sequence[Registration],
+    ) -> Verdict:
+        unit = self.unit(source)
+        level = target.resolution
+        if accepted:
+            level = float(np.mean([one.trimmed_mse for one in accepted])) / unit
+        threshold = self.first_factor * level * unit
+        score = registration.trimmed_mse
+        if not self.fits(registration, source, level):
+            return Verdict(False, score, threshold, "trimmed MSE too large")
+        if registration.overlap < self.min_overlap:
+            return Verdict(False, score, threshold, f"overlap below {self.min_overlap:g}")
+        way_back = TrimmedICP(min_overlap=self.back_overlap)
+        back = way_back(target, source, se3.invert(registration.T_target_source))
+        if not self.agree(registration, back, source, level):
+            return Verdict(False, score, threshold, "the way back does not undo it")
+        return Verdict(True, score, threshold, "fits there and back")
