@@ -1,0 +1,1 @@
+"""The presets: `method/open3d_multiway.yaml` and `method/kiss_gicp.yaml`."""

@@ -1,0 +1,93 @@
+"""What the tests of both peers share."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from importlib import import_module
+from pathlib import Path
+from typing import Any, ClassVar
+
+from mvreg_peers import pairs
+from mvreg_peers.threads import copies_of_tbb, threads_allowed
+
+import mvreg
+from mvreg import events
+from mvreg.evaluate import PoseErrors, pose_errors
+from mvreg.testing import StrategyContract, blob_views
+from mvreg.testing.views import degenerate_views, pipeline
+from mvreg.types import Result, ScanSet
+
+#: A rotation further off is a false placement (degrees).
+WRONG = 5.0
+
+
+class PeerContract(StrategyContract):
+    """The suite for strategies that work on raw scans, without keypoints; nothing is waived."""
+
+    #: The module that comes with oneTBB.
+    library: ClassVar[str]
+
+    def examples(self) -> dict[str, tuple[Any, ...]]:
+        """As the suite's, but the view that cannot be placed lacks points.
+
+        The suite's own lacks keypoints only, and has the points of the first view: a peer that
+        needs no keypoints places it, and rightly.
+        """
+        views = blob_views(3)
+        bare = replace(degenerate_views()["three points"], name="bare")
+        return {
+            "three views": (list(views), pipeline()),
+            "one has no keypoints": ([*views[:2], bare], pipeline()),
+        }
+
+    def test_the_number_of_threads_does_not_matter(self, monkeypatch: Any) -> None:
+        arguments = self.examples()["three views"]
+        found = []
+        for threads in (1, 3):
+            monkeypatch.setattr(pairs.os, "cpu_count", lambda threads=threads: threads)
+            found.append(self.essence(self.call(*arguments)))
+        assert found[0] == found[1]
+
+    def test_its_libraries_start_no_threads_of_their_own(self) -> None:
+        """Small scans would not show it: they are added up in one piece."""
+        views, pipe = self.examples()["one has no keypoints"]
+        mvreg.load_open3d()
+        (library,) = copies_of_tbb(import_module(self.library))
+        allowed: list[int] = []
+        self.call(views, pipe.observed_by(lambda event: allowed.append(threads_allowed(library))))
+        assert allowed[2] == 1  # the first pair has been registered
+
+    def test_observers_are_told_of_all_pairs_and_poses(self) -> None:
+        views, pipe = self.examples()["one has no keypoints"]
+        told: list[Any] = []
+        answer = self.call(views, pipe.observed_by(told.append))
+        kinds = [type(event) for event in told]
+        assert kinds == [
+            events.ReferenceChosen,
+            *[events.PairStarted, events.PairRegistered] * 3,
+            events.ViewPlaced,
+        ]
+        ended = [event for event in told if isinstance(event, events.PairRegistered)]
+        assert tuple(event.pair for event in ended) == answer.pairs
+        first, *others = ended
+        assert first.pair.verdict.reliable and first.registration is not None
+        assert first.registration.overlap == first.pair.overlap > 0.3
+        assert set(first.pair.seconds) == {"propagate", "refine"}
+        assert len(first.candidates) == 1
+        assert all("too few points" in event.pair.verdict.reason for event in others)
+        assert told[-1].T_model_scan is answer.poses[views[1].name]
+
+
+def bunny(data_root: Path) -> ScanSet:
+    """The Bunny, in an order and in frames drawn at random."""
+    return mvreg.dataset("bunny", rng=1, root=str(data_root), order="shuffle", scramble=True)
+
+
+def errors_of(result: Result, scans: ScanSet) -> PoseErrors:
+    """The errors of a run that placed every scan, none of them wrong."""
+    assert result.unregistered == ()
+    assert len(result.pairs) == len(scans.scans) * (len(scans.scans) - 1) / 2
+    found = pose_errors(result.poses, scans.poses, result.reference)
+    assert found is not None
+    assert found.max.angle < WRONG
+    return found
