@@ -182,6 +182,21 @@ def test_a_step_solves_the_small_angle_equations():
     np.testing.assert_array_equal(smallest_step(points, gaps, np.zeros((200, 1, 3)), 1.0), 0)
 
 
+def test_noise_does_not_make_a_plane_slide():
+    """Noisy normals seem to hold the plane along itself: undamped, it would go a long way."""
+    rng = np.random.default_rng(6)
+    points = np.append(rng.uniform(-10, 10, size=(400, 2)), np.zeros((400, 1)), axis=1)
+    points -= points.mean(axis=0)
+    normals = np.array([0.0, 0.0, 1.0]) + 1e-3 * rng.normal(size=(400, 3))
+    gaps = (1.0 + 0.1 * rng.normal(size=(400, 1))) * [0, 0, 1]
+    found = smallest_step(points, gaps, normals[:, None], longest=10.0)
+    assert found[5] == pytest.approx(-1.0, abs=0.05)
+    rows = np.hstack([np.cross(points, normals), normals])
+    undamped = np.linalg.lstsq(rows, -(gaps * normals).sum(axis=1))[0]
+    assert np.linalg.norm(undamped[3:5]) > 0.5
+    assert np.linalg.norm(found[3:5]) < 0.1
+
+
 def test_symmetric_residuals_vanish_on_a_sphere():
     """Points of one sphere, wherever they are: the tangent planes' distances do not vanish."""
     rng = np.random.default_rng(3)

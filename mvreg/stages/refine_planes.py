@@ -3,7 +3,7 @@
 All pair and trim as TrICP does, by the distances between points. They differ in what they minimise
 then: of the gap of each pair only what leads out of the surface counts, so that points may slide
 along it. That takes out the sampling, which is most of the error between range scans, and needs
-a seventh of TrICP's iterations.
+a sixth of TrICP's iterations.
 """
 
 from __future__ import annotations
