@@ -46,6 +46,8 @@ def draw_bars(groups: Groups, scans: Mapping[str, int]) -> Figure:
         handles[lines:] + handles[:lines], labels[lines:] + labels[:lines], loc="upper center",
         ncols=len(labels),
     )  # fmt: skip
+    if any(m.placed and not m.complete for row in groups.values() for m in row.values()):
+        figure.text(0.99, 0.955, "*: not all placed", ha="right", fontsize=8, color=GREY)
     figure.subplots_adjust(left=0.065, right=0.99, bottom=0.09, top=0.89, wspace=0.17)
     return figure
 

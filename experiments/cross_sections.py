@@ -164,4 +164,4 @@ def choose_window(cuts: Sequence[Cut], half: float, reach: float) -> Window:
     clear = np.array([steep[w.holds(every)].mean() for w in windows]) >= CLEAR
     usual = counts >= np.median(counts)
     means = inside @ distances / np.maximum(counts, 1)
-    return windows[int(np.argmax(means + 1e3 * means.max() * (1.0 * usual + clear)))]
+    return windows[int(np.argmax(means + 1e3 * (means.max() or 1.0) * (1.0 * usual + clear)))]
