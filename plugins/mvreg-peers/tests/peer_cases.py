@@ -7,6 +7,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, ClassVar
 
+import pytest
 from mvreg_peers import pairs
 from mvreg_peers.threads import copies_of_tbb, threads_allowed
 
@@ -14,6 +15,7 @@ import mvreg
 from mvreg import events
 from mvreg.evaluate import PoseErrors, pose_errors
 from mvreg.testing import StrategyContract, blob_views
+from mvreg.testing.compare import digest
 from mvreg.testing.views import degenerate_views, pipeline
 from mvreg.types import Result, ScanSet
 
@@ -81,6 +83,19 @@ class PeerContract(StrategyContract):
 def bunny(data_root: Path) -> ScanSet:
     """The Bunny, in an order and in frames drawn at random."""
     return mvreg.dataset("bunny", rng=1, root=str(data_root), order="shuffle", scramble=True)
+
+
+def assert_repeatable(scans: ScanSet, method: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Real scans are large enough for libraries to add them up in pieces."""
+    found = []
+    for threads in (1, 3):
+        monkeypatch.setattr(pairs.os, "cpu_count", lambda threads=threads: threads)
+        result = mvreg.register(scans.scans[:3], method, rng=1)
+        found.append(
+            digest(replace(result, pairs=tuple(replace(p, seconds={}) for p in result.pairs)))
+        )
+        assert any(pair.verdict.reliable for pair in result.pairs)
+    assert found[0] == found[1]
 
 
 def errors_of(result: Result, scans: ScanSet) -> PoseErrors:

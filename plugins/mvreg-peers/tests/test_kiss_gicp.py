@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mvreg_peers.kiss_gicp import KissGicpStrategy
-from peer_cases import PeerContract, bunny, errors_of
+from peer_cases import PeerContract, assert_repeatable, bunny, errors_of
 
 import mvreg
 from mvreg.testing import blob_views, pipeline
@@ -58,3 +58,9 @@ def test_bunny_shuffled_and_scrambled(data_root: Path):
     errors = errors_of(mvreg.register(scans, "kiss_gicp", 1), scans)
     assert errors.mean.rotation <= 0.0130
     assert errors.mean.translation <= 1.3
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("extra")
+def test_bunny_is_the_same_twice(data_root: Path, monkeypatch: pytest.MonkeyPatch):
+    assert_repeatable(bunny(data_root), "kiss_gicp", monkeypatch)

@@ -5,7 +5,7 @@ import pytest
 from mvreg_peers.fpfh import Matcher
 from mvreg_peers.graph import Edge
 from mvreg_peers.open3d_multiway import Open3dMultiwayStrategy
-from peer_cases import PeerContract, bunny, errors_of
+from peer_cases import PeerContract, assert_repeatable, bunny, errors_of
 
 import mvreg
 from mvreg import se3
@@ -93,3 +93,8 @@ def test_bunny_shuffled_and_scrambled(data_root: Path, matcher: str):
     errors = errors_of(result, scans)
     assert errors.mean.rotation <= 0.0100
     assert errors.mean.translation <= 1.0
+
+
+@pytest.mark.slow
+def test_bunny_is_the_same_twice(data_root: Path, monkeypatch: pytest.MonkeyPatch):
+    assert_repeatable(bunny(data_root), "open3d_multiway", monkeypatch)
