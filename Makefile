@@ -8,7 +8,9 @@ python  := $(VENV)/bin/python
 plugins := $(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml))
 stamp   := $(VENV)/.installed
 
-.PHONY: help demo test lint docs clean
+extra-mvreg-peers := [kiss]
+
+.PHONY: help demo report lint test docs clean
 
 help: ## Say what there is
 	@echo 'make TARGET; each builds $(VENV) first when it is missing'
@@ -50,5 +52,5 @@ $(stamp): pyproject.toml $(plugins:%=%/pyproject.toml)
 	  { rm -rf $(VENV) && $(PYTHON) -m venv --without-pip $(VENV) && \
 	    $(PYTHON) -m pip --python $(python) install --quiet pip; }
 	@$(python) -m pip install --disable-pip-version-check -e '.[dev]' \
-	  $(plugins:%=-e ./%)
+	  $(foreach plugin,$(plugins),-e './$(plugin)$(extra-$(notdir $(plugin)))')
 	@touch $@
