@@ -14,7 +14,9 @@ def mvreg_stages() -> dict[str, type]:
         augment,
         describe,
         downsample,
+        jrmpc,
         judge,
+        lrs,
         motion_averaging,
         propagate,
         refine,
@@ -55,4 +57,6 @@ def mvreg_stages() -> dict[str, type]:
         "adjust/none": adjust.NoAdjust,
         "adjust/motion_averaging": motion_averaging.MotionAveraging,
         "adjust/weighted_motion_averaging": motion_averaging.WeightedMotionAveraging,
+        "adjust/lrs": lrs.LowRankSparse,
+        "adjust/jrmpc": jrmpc.JointMixture,
     }
