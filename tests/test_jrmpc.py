@@ -5,7 +5,7 @@ import pytest
 
 from mvreg import se3
 from mvreg.errors import InputError
-from mvreg.stages import jrmpc, mixture
+from mvreg.stages import jrmpc, mixture, mixture_em
 from mvreg.stages.jrmpc import JointMixture
 from mvreg.testing import blob_scans, blob_views, pipeline
 from mvreg.testing.adjust import nearly_right
@@ -39,7 +39,7 @@ def test_the_likelihood_never_falls() -> None:
     gap = 0.9 * views[0].scale.resolution
     clouds = [view.points for view in views]
     poses = np.stack([begin.poses[view.name] for view in views])
-    found, likelihoods = mixture.register(clouds, poses, gap, still=0.0, **USUAL)
+    found, likelihoods = mixture_em.register(clouds, poses, gap, still=0.0, **USUAL)
     assert [len(rising) for rising in likelihoods] == [11, 11, 11]
     for rising in likelihoods:
         assert np.diff(rising).min() > -1e-9 * abs(rising[0])
@@ -49,7 +49,7 @@ def test_the_likelihood_never_falls() -> None:
 
 def test_it_stops_when_the_scans_stand_still() -> None:
     clouds, poses = [view.points for view in blob_views(2)], np.stack([np.eye(4)] * 2)
-    _, likelihoods = mixture.register(clouds, poses, 3.0, still=1e6, **USUAL)
+    _, likelihoods = mixture_em.register(clouds, poses, 3.0, still=1e6, **USUAL)
     assert len(likelihoods) == 1
 
 
@@ -101,14 +101,14 @@ def test_a_scan_that_runs_away_keeps_its_pose(
     runaway: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     begin, views = nearly_right(), list(blob_views(3))
-    real = mixture.register
+    real = mixture_em.register
 
     def wild(*args: object, **kwargs: object) -> tuple[np.ndarray, list[float]]:
         poses, likelihoods = real(*args, **kwargs)  # type: ignore[arg-type]
         poses[runaway] = se3.from_parts(np.eye(3), np.full(3, 1e3)) @ poses[runaway]
         return poses, likelihoods
 
-    monkeypatch.setattr(mixture, "register", wild)
+    monkeypatch.setattr(mixture_em, "register", wild)
     found = JointMixture()(begin, views, pipeline())
     if runaway == 0:  # the reference: nothing can be said in its frame
         assert {name for name in found.poses if found.poses[name] is begin.poses[name]} == set(

@@ -10,7 +10,7 @@ import numpy as np
 
 from mvreg import se3
 from mvreg.errors import InputError, check_positive
-from mvreg.stages import mixture
+from mvreg.stages import mixture_em
 from mvreg.stages.view_graph import overlaps
 from mvreg.types import Array, Result, View
 
@@ -107,7 +107,7 @@ class JointMixture:
     def registered(self, result: Result, joined: Sequence[View]) -> dict[str, Array]:
         """The poses that the mixture gives, in the reference's frame."""
         resolution = joined[0].scale.resolution
-        found, _ = mixture.register(
+        found, _ = mixture_em.register(
             [view.points for view in joined],
             np.stack([result.poses[view.name] for view in joined]),
             self.component_spacing * resolution,
