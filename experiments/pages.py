@@ -55,7 +55,9 @@ PAGES = {
         "Table 2: against SurfC and SpanT",
         "In the files' order. SurfC and SpanT are as far as they are known: `plugins/"
         "mvreg-comparators` says where they are guessed. All three register pairs in the same way. "
-        "`time ratio`: to FCPMA's time.",
+        "`time ratio`: to FCPMA's time. Fig. 9 cuts every result with the same slab, one resolution "
+        "thick, each scan in a colour of its own; below, the part where the worst result disagrees "
+        "most with itself.",
         BY_METHOD, FCPMA, from_table(printed.TABLE2, "dataset"), claims.table2,
     ),
     "table3": Page(
@@ -85,7 +87,8 @@ PAGES = {
         "The threshold of the trimmed MSE",
         "FCPMA with other factors of d_Q in Eq. (7), the paper's is 2: `tmse` is Eq. (7) alone, "
         "`tmse_surface`, FCPMA's, also tests the surfaces. `time ratio`: to the time of "
-        "`tmse_surface` with 2.",
+        "`tmse_surface` with 2. The ROC curves are over all ordered pairs of raw scans; right is a "
+        "pair within 5 degrees and 5 resolutions of the truth that overlaps by 5 % or more.",
         {"dataset": "data set", "judge": "judge", "judge.resolution_factor": "factor"},
         {"judge": "tmse_surface", "judge.resolution_factor": "2.0"},
     ),

@@ -16,7 +16,7 @@ from include import DOCUMENTS, included
 from observed import run as observed_run
 
 import mvreg
-from mvreg import cli
+from mvreg import cli, plugins
 from mvreg.config import compose
 from mvreg.io import write_ply
 from mvreg.presets import choices
@@ -221,9 +221,23 @@ def test_the_tutorial_is_included():
     assert (tutorial / "mvreg_fpfh.py").read_text() in (tutorial / "README.md").read_text()
 
 
-def test_the_picture_is_small():
-    (picture,) = re.findall(r"!\[[^]]*\]\(([^)]*)\)", README)
-    assert 50_000 < (ROOT / picture).stat().st_size < 400_000
+def test_the_pictures_are_small():
+    pictures = re.findall(r"!\[[^]]*\]\(([^)]*)\)", README)
+    assert pictures
+    for picture in pictures:
+        assert 50_000 < (ROOT / picture).stat().st_size < 600_000
+
+
+def test_the_methods_and_stages_are_the_program_s():
+    offered = choices()
+    named = set(words_after("Methods"))
+    kinds = {"refine", "strategy", "adjust"}
+    assert named == set(offered["method"]) | kinds | {"+method="}
+    table = README.partition("## Methods\n")[2].partition("\n## ")[0]
+    for kind in kinds:
+        (row,) = re.findall(rf"^\| `{kind}` \|(.*)\|$", table, re.MULTILINE)
+        core = {s.name for s in plugins.stages().values() if s.kind == kind and s.plugin == "mvreg"}
+        assert set(re.findall(r"`([^`]*)`", row)) == core
 
 
 def test_the_changelog_knows_this_version():
