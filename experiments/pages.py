@@ -55,9 +55,9 @@ PAGES = {
         "Table 2: against SurfC and SpanT",
         "In the files' order. SurfC and SpanT are as far as they are known: `plugins/"
         "mvreg-comparators` says where they are guessed. All three register pairs in the same way. "
-        "`time ratio`: to FCPMA's time. Fig. 9 cuts every result with the same slab, one resolution "
-        "thick, each scan in a colour of its own; below, the part where the worst result disagrees "
-        "most with itself.",
+        "`time ratio`: to FCPMA's time. Fig. 9 cuts every result with the same slab, one "
+        "resolution thick, each scan in a colour of its own; below, the part where the worst "
+        "result disagrees most with itself.",
         BY_METHOD, FCPMA, from_table(printed.TABLE2, "dataset"), claims.table2,
     ),
     "table3": Page(
