@@ -17,9 +17,9 @@ class TestOpen3dMultiway(PeerContract):
     library = "open3d"
 
 
-def test_ransac_says_the_same_twice_in_threads():
+def test_fgr_says_the_same_twice_in_threads():
     suite = TestOpen3dMultiway()
-    stage = Open3dMultiwayStrategy(voxel=2.5, matcher=Matcher.ransac)
+    stage = Open3dMultiwayStrategy(voxel=2.5, matcher=Matcher.fgr)
     arguments = suite.examples()["three views"]
     first, second = (suite.call(*arguments, stage=stage) for _ in range(2))
     assert suite.essence(first) == suite.essence(second)
@@ -71,8 +71,8 @@ def test_the_preset_is_the_strategy_as_it_comes():
     assert method.name == "open3d_multiway"
     assert method.strategy == Open3dMultiwayStrategy()
     assert type(method.pipeline.describe).__name__ == "NoDescribe"
-    changed = mvreg.load_method("open3d_multiway", {"strategy.matcher": "ransac"})
-    assert changed.strategy.matcher is Matcher.ransac
+    changed = mvreg.load_method("open3d_multiway", {"strategy.matcher": "fgr"})
+    assert changed.strategy.matcher is Matcher.fgr
 
 
 @pytest.mark.parametrize(
