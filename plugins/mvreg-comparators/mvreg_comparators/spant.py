@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mvreg import se3
+from mvreg.stages.judge import TmseJudge
 from mvreg.types import Array, Pair, Registration, Result, View
 from mvreg_comparators.dual import DualCriterion
 
@@ -49,7 +50,7 @@ class SpanningTreeStrategy(DualCriterion):
         As in `DualCriterion`.
     judged : bool
         Whether both registrations must be reliable to the composed judge as well, which is not in
-        the paper.
+        the paper. Else that judge is not asked: the verdicts recorded are those of (1).
     """
 
     judged: bool = False
@@ -57,6 +58,8 @@ class SpanningTreeStrategy(DualCriterion):
     def __call__(
         self, views: Sequence[View], pipeline: Pipeline, rng: np.random.Generator
     ) -> Result:
+        if not self.judged:
+            pipeline = replace(pipeline, judge=self.first_criterion())
         pipeline.begin(views[0])
         first = float(np.mean([view.resolution for view in views]))
         unit = self.unit(views[0])
@@ -75,6 +78,11 @@ class SpanningTreeStrategy(DualCriterion):
                 growing.append(source)
         left = tuple(view.name for view in growth.waiting)
         return Result(views[0].name, growth.poses, left, tuple(growth.pairs))
+
+    def first_criterion(self) -> TmseJudge:
+        """Criterion (1) as a judge."""
+        factor = self.first_factor
+        return TmseJudge(factor, factor, reference_resolution=self.reference_resolution)
 
     def meet(
         self,
