@@ -169,8 +169,8 @@ def run(config: DictConfig) -> int:
     from hydra.core.hydra_config import HydraConfig
 
     from mvreg.config import check
+    from mvreg.job import run_job
     from mvreg.resume import finished, message_kept, told
-    from mvreg.run import run_job
 
     folder = Path(HydraConfig.get().runtime.output_dir)
     if config.resume and (done := finished(folder, config)):

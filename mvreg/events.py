@@ -72,6 +72,13 @@ class ViewPlaced:
 
 
 @dataclass(frozen=True, eq=False)
+class AdjustStarted:
+    """The loop has ended with `result`; now all its poses are improved at once."""
+
+    result: Result
+
+
+@dataclass(frozen=True, eq=False)
 class RunFinished:
     """The poses are final; `report` is what ``result.json`` holds."""
 
@@ -87,6 +94,7 @@ Event = (
     | PairStarted
     | PairRegistered
     | ViewPlaced
+    | AdjustStarted
     | RunFinished
 )
 Emit = Callable[[Event], None]

@@ -1,4 +1,4 @@
-"""Run a method on scans: as a library call, and as a job of the command line."""
+"""Run a method on scans, as a library call."""
 
 from __future__ import annotations
 
@@ -6,13 +6,20 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mvreg import contracts, plugins
 from mvreg.errors import InputError
-from mvreg.events import Emit, Event, RunFinished, RunStarted, ViewPlaced, ViewPrepared
+from mvreg.events import (
+    AdjustStarted,
+    Emit,
+    Event,
+    ViewPlaced,
+    ViewPrepared,
+)
+from mvreg.overrides import overrides_from, spelled
 from mvreg.pipeline import Pipeline
 from mvreg.types import Array, Result, Scan, ScanSet, View
 
@@ -71,6 +78,7 @@ def run(
     views = pipeline.prepare(scans, rng)
     result = method.strategy(views, pipeline, rng)
     before = time.perf_counter()
+    emit(AdjustStarted(result))
     result = method.adjust(result, views, pipeline)
     watch.add("adjust", time.perf_counter() - before)
     watch.add("total", time.perf_counter() - start)
@@ -90,29 +98,6 @@ def as_scans(scans: Sequence[Scan | Array] | ScanSet) -> tuple[Scan, ...]:
         scan if isinstance(scan, Scan) else Scan(f"scan_{index:03d}", scan)
         for index, scan in enumerate(scans)
     )
-
-
-def overrides_from(changes: Mapping[str, object]) -> list[str]:
-    """Hydra's spelling of ``{"seed.top_fraction": 0.5, "refine": "icp"}``."""
-    return [f"{key}={spelled(value)}" for key, value in changes.items()]
-
-
-def spelled(value: object) -> str:
-    """One value as Hydra's override grammar reads it; text is quoted, lest 1e5 become a number."""
-    from hydra.core.override_parser.types import Quote, QuotedString
-
-    if value is None:
-        return "null"
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, Mapping):
-        return "{" + ",".join(f"{key}:{spelled(v)}" for key, v in value.items()) + "}"
-    if isinstance(value, list | tuple):
-        return "[" + ",".join(spelled(v) for v in value) + "]"
-    if isinstance(value, int | float):
-        return str(value)
-    quoted: str = QuotedString(str(value), Quote.single).with_quotes()
-    return quoted
 
 
 def load_method(name: str = "default", changes: Mapping[str, object] | None = None) -> Method:
@@ -213,53 +198,3 @@ def register(
         raise InputError("changes go with a method's name; this method is put together already")
     with plugins.observing(*observers):
         return run(as_scans(scans), method, np.random.default_rng(rng), plugins.emit)[0]
-
-
-def run_job(config: DictConfig, folder: Path) -> Result:
-    """Run what a composed configuration asks for, and keep it in `folder`.
-
-    Interrupted, it leaves what was finished: pairs, and a partial result.
-    """
-    from omegaconf import OmegaConf
-
-    from mvreg.config import stage_from
-    from mvreg.observers.console import Console
-    from mvreg.observers.recorder import Recorder
-    from mvreg.observers.rerun import RerunObserver
-    from mvreg.observers.table import render
-    from mvreg.report import build_report
-    from mvreg.report_file import load_report
-
-    plain: dict[str, Any] = OmegaConf.to_container(config, resolve=True, enum_to_str=True)  # type: ignore[assignment]
-    method = method_from(config)
-    start = time.perf_counter()
-    scanset: ScanSet = stage_from(config, "dataset")(np.random.default_rng(config.rng))
-    loading = time.perf_counter() - start
-    recorder, console = Recorder(folder), Console()
-    extra: list[RerunObserver] = [RerunObserver(folder / "run.rrd")] if config.rerun else []
-
-    def emit(event: Event) -> None:
-        recorder.mvreg_event(event)  # not as an observer, which may fail: this is the result
-        plugins.emit(event)
-
-    try:
-        with plugins.observing(console, *extra):
-            emit(RunStarted(scanset, method.name, folder))
-            rng = np.random.default_rng(config.rng)
-            result, views, seconds = run(scanset.scans, method, rng, emit)
-            seconds["load"] = loading
-            report = build_report(
-                scanset, views, result, method=method.name, rng=config.rng, seconds=seconds,
-                config=plain,
-            )  # fmt: skip
-            emit(RunFinished(scanset, result, report))
-        return result
-    except KeyboardInterrupt:
-        finished = recorder.finish_interrupted(config.rng, plain)
-        console.close()
-        if finished is not None:
-            render(load_report(finished), folder)
-        raise
-    finally:
-        for close in (recorder.close, console.close, *(observer.close for observer in extra)):
-            close()

@@ -99,7 +99,7 @@ def run(folder: Path | None = None, truth: bool = True, unit: str = "mm") -> lis
         a.features,
         1.0,
         a.scale,
-        ("a.ply", "b.ply"),
+        members=("a.ply", "b.ply"),
     )
     good, bad = registration("b.ply"), registration("c.ply", 5.0)
     pairs = (hopeless("c.ply"), accepted("b.ply", good), rejected("c.ply", bad))
@@ -123,5 +123,6 @@ def run(folder: Path | None = None, truth: bool = True, unit: str = "mm") -> lis
         events.ViewPlaced("b.ply", good.T_target_source, grown, 0.125),
         events.PairStarted(c, grown),
         events.PairRegistered(c, grown, none, Candidates.none(), bad, pairs[2]),
+        events.AdjustStarted(result),
         events.RunFinished(data, result, report),
     ]

@@ -20,7 +20,7 @@ HEAVY = ("scipy", "open3d", "rerun", "rich", "pooch", "matplotlib", "hydra", "om
 
 
 class Jobs:
-    """In place of `mvreg.run`: notes what it was asked for, and does what `answers` says."""
+    """In place of `mvreg.job`: notes what it was asked for, and does what `answers` says."""
 
     def __init__(self):
         self.answers = {}
@@ -41,7 +41,7 @@ def jobs(monkeypatch, tmp_path):
     monkeypatch.setattr(Singleton, "_instances", dict(Singleton._instances))
     monkeypatch.delitem(Singleton._instances, GlobalHydra, raising=False)
     fake = Jobs()
-    monkeypatch.setitem(sys.modules, "mvreg.run", fake)
+    monkeypatch.setitem(sys.modules, "mvreg.job", fake)
     return fake
 
 

@@ -79,6 +79,7 @@ def test_on_a_terminal_the_bar_names_the_scan_at_hand(monkeypatch):
     assert ("preparing b.ply", 1) in shown
     assert any("b.ply -> model" in text and done == 1 for text, done in shown)
     assert any("c.ply -> model" in text and done == 2 for text, done in shown)
+    assert ("adjusting the poses of", 2) in shown
     assert "\x1b" in err
     assert "prepared 3 scans" not in err
     assert "NOT PLACED" in out

@@ -110,7 +110,7 @@ def jobs(monkeypatch, tmp_path):
         return SimpleNamespace(unregistered=answer)
 
     fake.run_job = run_job
-    monkeypatch.setitem(sys.modules, "mvreg.run", fake)
+    monkeypatch.setitem(sys.modules, "mvreg.job", fake)
     return fake
 
 

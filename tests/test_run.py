@@ -15,8 +15,9 @@ from small_scans import CHANGES, placed_like, poor_scans, three
 import mvreg
 from mvreg import events
 from mvreg.config import compose
+from mvreg.overrides import spelled
 from mvreg.plugins import ObserverWarning
-from mvreg.run import method_from, spelled
+from mvreg.run import method_from
 from mvreg.testing import blob_scans, plane_scans
 from mvreg.testing.compare import digest
 from mvreg.types import Scan

@@ -14,7 +14,8 @@ import pytest
 from small_scans import OVERRIDES, placed_like, three, write_folder
 
 from mvreg.io import read_points
-from mvreg.run import dataset, spelled
+from mvreg.overrides import spelled
+from mvreg.run import dataset
 from mvreg.types import Result
 
 FILES = {".hydra", "model.ply", "pairs.csv", "poses", "result.json", "run.rrd"}

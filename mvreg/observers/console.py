@@ -8,6 +8,7 @@ from multiprocessing import parent_process
 from typing import TYPE_CHECKING, TextIO
 
 from mvreg.events import (
+    AdjustStarted,
     Event,
     PairStarted,
     ReferenceChosen,
@@ -70,6 +71,8 @@ class Console:
             case ViewPlaced():
                 self._placed.add(event.name)
                 self._show(f"placed {event.name}; in all", len(self._placed))
+            case AdjustStarted():
+                self._show("adjusting the poses of", len(event.result.poses))
             case RunFinished():
                 self.close()
                 self._tell(event)
