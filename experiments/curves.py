@@ -28,15 +28,19 @@ Series = Mapping[str, Sequence[tuple[float, Measured]]]
 
 @dataclass(frozen=True)
 class Axis:
-    """The parameter: what it is called, the value of the paper, and whether its axis is in logs."""
+    """The parameter: what it is called, FCPMA's value, and whether its axis is in logs.
+
+    `timed` adds a panel of the time, for parameters of speed.
+    """
 
     label: str
     default: float | None = None
     logarithmic: bool = False
+    timed: bool = False
 
 
 def draw_curves(series: Series, parameter: Axis) -> Figure:
-    """Four panels with a curve per series; incomplete runs have a hollow mark.
+    """A panel per quantity with a curve per series; incomplete runs have a hollow mark.
 
     Parameters
     ----------
@@ -45,8 +49,9 @@ def draw_curves(series: Series, parameter: Axis) -> Figure:
     parameter : Axis
     """
     figure = canvas(2.65)
-    axes = figure.subplots(1, len(PANELS))
-    for axis, (name, title) in zip(axes, PANELS, strict=True):
+    panels = PANELS if parameter.timed else PANELS[:-1]
+    axes = figure.subplots(1, len(panels))
+    for axis, (name, title) in zip(axes, panels, strict=True):
         panel(axis, series, name, parameter)
         axis.set_title(title)
     figure.supxlabel(parameter.label, fontsize=8.5, y=0.02)

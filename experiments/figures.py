@@ -48,7 +48,8 @@ JUDGES = {"tmse": "Eq. (7)", "tmse_surface": "Eq. (7) and surfaces"}
 BY_SET = {"dataset": "{}"}
 ABLATIONS = {
     "delta": Ablation(
-        "seed.top_fraction", Axis("share of the matches that are spread, delta", 0.3), BY_SET
+        "seed.top_fraction",
+        Axis("share of the matches that are spread, delta", 0.3, timed=True), BY_SET,
     ),
     "scales": Ablation("describe.scales", Axis("scales of the descriptor, L", 4), BY_SET),
     "tmse": Ablation(
@@ -58,7 +59,7 @@ ABLATIONS = {
     "overlap": Ablation("dataset.views", Axis("views all around", 12), BY_SET),
     "noise": Ablation("dataset.noise", Axis("noise of the range (mm)", 0.08), BY_SET),
     "sampling": Ablation(
-        "downsample.stride", Axis("scan points per point refined on", 10, logarithmic=True),
+        "downsample.stride", Axis("scan points per point refined on", 10, True, timed=True),
         {"downsample.keypoint_ratio": "{} scan points per keypoint"},
     ),
 }  # fmt: skip

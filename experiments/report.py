@@ -77,7 +77,7 @@ def text(name: str, page: Page, found: Sequence[Run], out: Path) -> list[str]:
     """The lines of one page."""
     rows = jobs(found, list(page.labels), page.base, page.printed)
     lines = [f"# {page.title}", "", page.text, "", f"`python -m mvreg -m +experiment={name}`", ""]
-    lines += [*table(rows, page.labels), "", LEGEND]
+    lines += [*table(rows, page.labels, page.timed), "", LEGEND]
     if any(job.printed for job in rows) and (out / FLOOR).is_file():
         lines += [
             "",

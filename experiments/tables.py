@@ -143,7 +143,7 @@ COLUMNS = (
 )
 
 
-def table(rows: Sequence[Job], labels: Mapping[str, str]) -> list[str]:
+def table(rows: Sequence[Job], labels: Mapping[str, str], timed: bool = True) -> list[str]:
     """The table of some jobs: what each sets, then `COLUMNS`; those with nothing are left out.
 
     Parameters
@@ -151,12 +151,14 @@ def table(rows: Sequence[Job], labels: Mapping[str, str]) -> list[str]:
     rows : sequence of Job
     labels : mapping of str to str
         The overrides that tell the rows apart, and their headings.
+    timed : bool
+        Whether the times are of interest.
     """
     keys = [Column(head, lambda j, key=key: j.run.value(key)) for key, head in labels.items()]  # type: ignore[misc]
     heads, columns = [c.head for c in keys], [[c.cell(j) for j in rows] for c in keys]
     for column in COLUMNS:
         cells = [column.cell(job) for job in rows]
-        if any(cells):
+        if any(cells) and (timed or not column.head.startswith("time")):
             heads.append(column.head)
             columns.append(cells)
     return markdown(heads, list(zip(*columns, strict=True)), left=len(keys) + 1)

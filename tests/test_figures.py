@@ -124,7 +124,7 @@ def test_curves_leave_gaps_and_hollow_marks():
     full = Measured(14, 10.0, 0.01, 0.4, placed=10, total=10, word="")
     part = Measured(20, 30.0, 0.5, 0.6, placed=9, total=10, word="")
     series = {"bunny": [(2.0, part), (1.0, full), (3.0, Measured())], "dragon": [(1.0, full)]}
-    figure = draw_curves(series, Axis("delta", 1.0))
+    figure = draw_curves(series, Axis("delta", 1.0, timed=True))
     rotation, _, pairs, _ = figure.axes
     assert [list(line.get_xdata()) for line in pairs.lines[:3]] == [[1, 2], [2], [1]]
     assert list(pairs.lines[0].get_ydata()) == [14, 20]
