@@ -83,7 +83,10 @@ def text(name: str, page: Page, found: Sequence[Run], out: Path) -> list[str]:
             "",
             f"Below some errors they measure the truth, not the method: [{FLOOR}]({FLOOR}).",
         ]
-    lines += section("Claims", [str(c) for c in page.check(found, page.printed)])
+    claims = [str(claim) for claim in page.check(found, page.printed)]
+    if page.remarks and any("does not hold" in claim for claim in claims):
+        claims += ["", page.remarks]
+    lines += section("Claims", claims)
     lines += section("Without a result", gaps(rows))
     lines += section("Figures", pictures(name, out))
     return lines + section("Measured", sources(found))
