@@ -103,13 +103,20 @@ def draw_roc(sets: Mapping[str, Sequence[RawPair]]) -> Figure:
         panel(below, pairs, right)
         top.set(title=f"{name}: {right.sum()} right, {(~right).sum()} wrong",
                 xlim=(-0.01, 1), ylim=(0, 1.01))  # fmt: skip
-        below.legend(handles=lines, loc="lower right", fontsize=8)
+        below.legend(
+            handles=lines,
+            loc="lower right",
+            fontsize=8,
+            frameon=True,
+            framealpha=0.9,
+            edgecolor="white",
+        )
         below.set(xlim=(-0.002, 0.2), ylim=(0.7, 1.003))
         figure.legends = []  # the same for all
         figure.legend(handles=marks, loc="upper center", ncols=len(marks))
     figure.supxlabel("wrong pairs accepted (share); below, the corner enlarged", fontsize=8.5)
     figure.supylabel("right pairs accepted (share)", fontsize=8.5, x=0.008)
-    figure.subplots_adjust(left=0.075, right=0.99, bottom=0.09, top=0.88, wspace=0.2, hspace=0.16)
+    figure.subplots_adjust(left=0.075, right=0.98, bottom=0.09, top=0.88, wspace=0.2, hspace=0.16)
     return figure
 
 
