@@ -20,6 +20,26 @@ DISTRIBUTIONS = {
     "kiss_gicp": "mvreg-peers",
 }
 
+#: What brings the stages and methods that are known by name and are not in the core.
+BROUGHT_BY = {
+    "strategy/surfc": "mvreg-comparators",
+    "strategy/spant": "mvreg-comparators",
+    "judge/visibility": "mvreg-comparators",
+    "judge/dual": "mvreg-comparators",
+    "strategy/open3d_multiway": "mvreg-peers",
+    "strategy/kiss_gicp": "mvreg-peers",
+    "describe/fpfh": "mvreg-fpfh",
+    **{f"method/{name}": package for name, package in DISTRIBUTIONS.items()},
+}
+
+
+def to_install(choice: str, package: str) -> str:
+    """The message for a `choice`, such as ``+method=surfc``, that `package` would bring."""
+    return (
+        f"{choice} comes with the plugin {package}, which is not installed; install it "
+        f"with: pip install ./plugins/{package}"
+    )
+
 
 def stand_ins(installed: Collection[str]) -> dict[str, dict[str, object]]:
     """A preset for each method that is not installed; without a strategy, so that it cannot run.
@@ -43,8 +63,4 @@ def refuse_stand_in(config: DictConfig) -> None:
     """
     name = config.method
     if name in DISTRIBUTIONS and config.strategy is None:
-        package = DISTRIBUTIONS[name]
-        raise InputError(
-            f"+method={name} comes with the plugin {package}, which is not installed; install it "
-            f"with: pip install ./plugins/{package}"
-        )
+        raise InputError(to_install(f"+method={name}", DISTRIBUTIONS[name]))

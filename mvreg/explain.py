@@ -16,25 +16,13 @@ from omegaconf.errors import (
 )
 
 from mvreg import plugins
-from mvreg.companions import DISTRIBUTIONS
+from mvreg.companions import BROUGHT_BY, to_install
 from mvreg.contracts import KINDS
 from mvreg.errors import InputError
 from mvreg.presets import choices
 
 #: What is wrong input when it comes out of Hydra; it raises ValueError for some overrides.
 CONFIG_ERRORS = (HydraException, OmegaConfBaseException, ValueError)
-
-#: What brings the stages and methods that are known by name and are not in the core.
-BROUGHT_BY = {
-    "strategy/surfc": "mvreg-comparators",
-    "strategy/spant": "mvreg-comparators",
-    "judge/visibility": "mvreg-comparators",
-    "judge/dual": "mvreg-comparators",
-    "strategy/open3d_multiway": "mvreg-peers",
-    "strategy/kiss_gicp": "mvreg-peers",
-    "describe/fpfh": "mvreg-fpfh",
-    **{f"method/{name}": package for name, package in DISTRIBUTIONS.items()},
-}
 
 NOT_IN_DEFAULTS = re.compile(r"Could not (?:override|delete) '([^']+)'\. No match in the defaults")
 TWICE = re.compile(r"(?:Multiple values for )?(\S+?)(?:\. To| appears more than once in the final)")
@@ -95,10 +83,7 @@ def no_such_choice(file: str, options: Iterable[str]) -> str:
         return "hydra/launcher=joblib is not installed: pip install hydra-joblib-launcher"
     plus = "" if group in KINDS or group.startswith("hydra/") or not group else "+"
     if package := BROUGHT_BY.get(file):
-        return (
-            f"{plus}{group}={name} comes with the plugin {package}, which is not installed; "
-            f"install it with: pip install ./plugins/{package}"
-        )
+        return to_install(f"{plus}{group}={name}", package)
     listed = ", ".join(options or choices().get(group, ())) or "none"
     if group in KINDS:
         return f"{group}={name} is not registered; options: {listed}"

@@ -74,6 +74,14 @@ def align(normals: Array, points: Array, features: Features) -> Array:
     return np.where((normals * facing).sum(axis=1, keepdims=True) < 0, -normals, normals)
 
 
+def facing_normals(scan: Scan, points: Array, features: Features) -> Array:
+    """Unit normals at `points` (N, 3) of a scan, towards its sensor or as its keypoints' point."""
+    normals = estimate_normals(scan, points, Orient.auto)
+    if features.oriented and not scan.knows_sensor:
+        return align(normals, points, features)
+    return normals
+
+
 def estimate_normals(scan: Scan, points: Array, mode: Orient, neighbours: int = 20) -> Array:
     """Unit normals at `points` (N, 3) from the raw scan's `neighbours` nearest points (PCA).
 

@@ -13,7 +13,7 @@ import numpy as np
 from mvreg import contracts, events, plugins
 from mvreg.errors import InputError
 from mvreg.nearest import mean_spacing
-from mvreg.normals import Orient, align, estimate_normals
+from mvreg.normals import facing_normals
 from mvreg.parallel import in_threads
 from mvreg.types import (
     Array,
@@ -107,9 +107,7 @@ class Pipeline:
         for index, (scan, sample) in enumerate(zip(scans, samples, strict=True)):
             with timed(seconds, "describe"):
                 features = self.describe(scan, sample.keypoints, spacing)
-                normals = estimate_normals(scan, sample.points, Orient.auto)
-                if features.oriented and not scan.knows_sensor:
-                    normals = align(normals, sample.points, features)
+                normals = facing_normals(scan, sample.points, features)
             view = View(
                 scan.name, sample.points, normals, features, resolutions[index], scale, scan
             )

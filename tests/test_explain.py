@@ -5,8 +5,9 @@ import yaml
 from fake_plugins import use
 
 from mvreg import config, plugins
+from mvreg.companions import BROUGHT_BY
 from mvreg.errors import InputError
-from mvreg.explain import BROUGHT_BY, no_such_choice
+from mvreg.explain import no_such_choice
 
 PLUGINS = Path(__file__).parents[1] / "plugins"
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from mvreg.nearest import mean_spacing
-from mvreg.normals import Orient, align, estimate_normals
+from mvreg.normals import facing_normals
 from mvreg.parallel import in_threads
 from mvreg.types import View
 
@@ -25,8 +25,6 @@ def _dense(view: View) -> View:
     scan = view.scan
     if scan is None:
         return view
-    normals = estimate_normals(scan, scan.points, Orient.auto)
-    if view.features.oriented and not scan.knows_sensor:
-        normals = align(normals, scan.points, view.features)
+    normals = facing_normals(scan, scan.points, view.features)
     spacing = mean_spacing(scan.points, scan.tree)
     return replace(view, points=scan.points, normals=normals, resolution=spacing)

@@ -58,6 +58,39 @@ def stability(registration: Registration, source: View, target: View) -> float:
     return max(float(smallest), 0.0)  # rounding may leave it below
 
 
+def looseness(
+    registration: Registration,
+    source: View,
+    target: View,
+    min_overlap: float,
+    min_stability: float,
+) -> str | None:
+    """Why the trimmed pairs do not hold the source well enough, None where they do.
+
+    Parameters
+    ----------
+    registration, source, target
+        As a judge is given them.
+    min_overlap : float
+        Smallest share of the source that is kept.
+    min_stability : float
+        See `stability`.
+    """
+    if registration.overlap < min_overlap:
+        return f"overlap below {min_overlap:g}"
+    if stability(registration, source, target) < min_stability:
+        return "ambiguous: the overlap can slide along itself"
+    return None
+
+
+def length_read_as_one(view: View, reference_resolution: float) -> float:
+    """The unit in which the down-sampled scans' resolution is `reference_resolution` (length).
+
+    For criteria that compare squared lengths with lengths, which makes them depend on the unit.
+    """
+    return view.scale.resolution / reference_resolution or 1.0
+
+
 @dataclass(frozen=True)
 class TmseJudge:
     """Eqs. (6) and (7): reliable if ``TMSE <= max(2 d_Q, 1.5 m_TMSE)``.
@@ -96,7 +129,7 @@ class TmseJudge:
     ) -> Verdict:
         unit = 1.0
         if self.units is Units.resolution:
-            unit = source.scale.resolution / self.reference_resolution or 1.0
+            unit = length_read_as_one(source, self.reference_resolution)
         threshold = self.resolution_factor * target.resolution * unit
         if accepted:
             mean = float(np.mean([a.trimmed_mse for a in accepted]))
@@ -149,10 +182,8 @@ class PointToPlaneJudge:
             reason = "point-to-plane residual too large"
         elif agreement < self.min_agreement:
             reason = "normals disagree"
-        elif registration.overlap < self.min_overlap:
-            reason = f"overlap below {self.min_overlap:g}"
-        elif stability(registration, source, target) < self.min_stability:
-            reason = "ambiguous: the overlap can slide along itself"
+        elif loose := looseness(registration, source, target, self.min_overlap, self.min_stability):
+            reason = loose
         else:
             return Verdict(True, residual, self.max_residual, reason)
         return Verdict(False, residual, self.max_residual, reason)

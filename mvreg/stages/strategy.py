@@ -34,6 +34,42 @@ def untouched(pipeline: Pipeline, name: str) -> bool:
     return parameter not in defaults or getattr(stage, parameter) == defaults[parameter]
 
 
+class Growth:
+    """A model on its way: its poses, and what has been tried and taken in so far.
+
+    Parameters
+    ----------
+    reference : View
+        The model begins with it.
+    pipeline : Pipeline
+        Merges what is taken in, and tells observers.
+    """
+
+    def __init__(self, reference: View, pipeline: Pipeline) -> None:
+        self.reference = reference
+        self.pipeline = pipeline
+        self.model = pipeline.begin(reference)
+        self.poses: dict[str, Array] = {reference.name: np.eye(4)}
+        self.pairs: list[Pair] = []
+        self.accepted: list[Registration] = []
+
+    def takes_in(self, view: View, pipeline: Pipeline, rng: np.random.Generator) -> bool:
+        """Register a view to the model by `pipeline`, and merge it in if that can be relied on."""
+        registration, pair = pipeline.register(view, self.model, self.accepted, rng.spawn(1)[0])
+        self.pairs.append(pair)
+        if registration is None or not pair.verdict.reliable:
+            return False
+        self.model = self.pipeline.extend(self.model, view, registration)
+        self.poses[view.name] = registration.T_target_source
+        self.accepted.append(registration)
+        return True
+
+    def result(self, left: Sequence[View]) -> Result:
+        """What has been grown, `left` being what is not in it."""
+        names = tuple(view.name for view in left)
+        return Result(self.reference.name, self.poses, names, tuple(self.pairs), self.model)
+
+
 @dataclass(frozen=True)
 class GrowStrategy:
     """Grow one model from the first scan: Algorithm 2 of the paper, repaired.
@@ -65,25 +101,11 @@ class GrowStrategy:
             pipeline.with_parameters({k: v for k, v in level.items() if untouched(pipeline, k)})
             for level in self.levels
         ]
-        model = pipeline.begin(views[0])
-        poses: dict[str, Array] = {views[0].name: np.eye(4)}
+        growth = Growth(views[0], pipeline)
         waiting = list(views[1:])
-        pairs: list[Pair] = []
-        accepted: list[Registration] = []
         level = 0
         while waiting and level < len(pipelines):
-            before = len(waiting)
-            for view in list(waiting):
-                registration, pair = pipelines[level].register(
-                    view, model, accepted, rng.spawn(1)[0]
-                )
-                pairs.append(pair)
-                if registration is None or not pair.verdict.reliable:
-                    continue
-                model = pipeline.extend(model, view, registration)
-                poses[view.name] = registration.T_target_source
-                accepted.append(registration)
-                waiting.remove(view)
-            level = 0 if len(waiting) < before else level + 1
-        names = tuple(view.name for view in waiting)
-        return Result(views[0].name, poses, names, tuple(pairs), model)
+            left = [view for view in waiting if not growth.takes_in(view, pipelines[level], rng)]
+            level = 0 if len(left) < len(waiting) else level + 1
+            waiting = left
+        return growth.result(waiting)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mvreg.types import Array, Pair, Registration, Result, View
+from mvreg.stages.strategy import Growth
+from mvreg.types import Result, View
 
 if TYPE_CHECKING:
     from mvreg.pipeline import Pipeline
@@ -27,18 +28,5 @@ class SequentialStrategy:
     def __call__(
         self, views: Sequence[View], pipeline: Pipeline, rng: np.random.Generator
     ) -> Result:
-        model = pipeline.begin(views[0])
-        poses: dict[str, Array] = {views[0].name: np.eye(4)}
-        pairs: list[Pair] = []
-        accepted: list[Registration] = []
-        refused: list[str] = []
-        for view in views[1:]:
-            registration, pair = pipeline.register(view, model, accepted, rng.spawn(1)[0])
-            pairs.append(pair)
-            if registration is None or not pair.verdict.reliable:
-                refused.append(view.name)
-                continue
-            model = pipeline.extend(model, view, registration)
-            poses[view.name] = registration.T_target_source
-            accepted.append(registration)
-        return Result(views[0].name, poses, tuple(refused), tuple(pairs), model)
+        growth = Growth(views[0], pipeline)
+        return growth.result([v for v in views[1:] if not growth.takes_in(v, pipeline, rng)])

@@ -9,6 +9,7 @@ import numpy as np
 
 from mvreg import se3
 from mvreg.errors import InputError
+from mvreg.stages.judge import length_read_as_one
 from mvreg.stages.refine import TrimmedICP
 from mvreg.types import Array, Registration, Verdict, View
 
@@ -52,7 +53,7 @@ class DualCriterion:
 
     def unit(self, view: View) -> float:
         """The length that is read as 1."""
-        return view.scale.resolution / self.reference_resolution or 1.0
+        return length_read_as_one(view, self.reference_resolution)
 
     def fits(self, there: Registration, source: View, level: float) -> bool:
         """Criterion (1), for m = `level` (length)."""

@@ -17,7 +17,7 @@ import numpy as np
 
 from mvreg import se3
 from mvreg.errors import InputError
-from mvreg.stages.judge import stability
+from mvreg.stages.judge import looseness
 from mvreg.types import Array, Registration, Verdict, View
 from mvreg_comparators.sensor import RangeImage, Sensor
 
@@ -155,10 +155,8 @@ class VisibilityJudge(Visibility):
             reason = "a surface stands in what the other sensor saw to be free"
         elif visible < self.min_visible:
             reason = "too little is seen by both"
-        elif registration.overlap < self.min_overlap:
-            reason = f"overlap below {self.min_overlap:g}"
-        elif stability(registration, source, target) < self.min_stability:
-            reason = "ambiguous: the overlap can slide along itself"
+        elif loose := looseness(registration, source, target, self.min_overlap, self.min_stability):
+            reason = loose
         else:
             return Verdict(True, violation, self.max_violation, reason)
         return Verdict(False, violation, self.max_violation, reason)
