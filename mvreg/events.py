@@ -72,6 +72,18 @@ class ViewPlaced:
 
 
 @dataclass(frozen=True, eq=False)
+class PosesRevised:
+    """All that is placed by now, for strategies that join partial models, or take poses back.
+
+    It replaces whatever was told before. Fields as those of `Result`.
+    """
+
+    reference: str
+    poses: Mapping[str, Array]
+    components: tuple[Mapping[str, Array], ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
 class AdjustStarted:
     """The loop has ended with `result`; now all its poses are improved at once."""
 
@@ -94,6 +106,7 @@ Event = (
     | PairStarted
     | PairRegistered
     | ViewPlaced
+    | PosesRevised
     | AdjustStarted
     | RunFinished
 )

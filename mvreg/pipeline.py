@@ -21,6 +21,7 @@ from mvreg.types import (
     Model,
     Pair,
     Registration,
+    Result,
     Scale,
     Scan,
     Verdict,
@@ -169,8 +170,10 @@ class Pipeline:
         )
         _ = target.tree  # built once, before the threads ask for it
         screened = in_threads(lambda pose: self.refine(few, target, pose), list(candidates.poses))
-        best = min(screened, key=lambda registration: registration.objective)
-        return self.refine(source, target, best.T_target_source)
+        best, *others = sorted(screened, key=lambda registration: registration.objective)
+        registration = self.refine(source, target, best.T_target_source)
+        rivals = np.array([other.T_target_source for other in others]).reshape(-1, 4, 4)
+        return replace(registration, rivals=rivals)
 
     def begin(self, reference: View) -> Model:
         """Begin a model with a view, whose frame is the model's."""
@@ -186,6 +189,10 @@ class Pipeline:
         pose: Array = registration.T_target_source
         self.emit(events.ViewPlaced(source.name, pose, model, seconds["augment"]))
         return model
+
+    def revise(self, result: Result) -> None:
+        """Tell observers of all the poses at once, instead of those told before."""
+        self.emit(events.PosesRevised(result.reference, result.poses, result.components))
 
     def place(self, view: View, T_model_scan: Array) -> None:
         """Tell observers of a pose that needs no merging, as in a tree of scans."""

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,92 +15,14 @@ from numpy.typing import NDArray
 from mvreg.scan import Array as Array
 from mvreg.scan import Scan as Scan
 from mvreg.scan import ScanSet as ScanSet
-
-if TYPE_CHECKING:
-    from scipy.spatial import cKDTree
+from mvreg.view import Features as Features
+from mvreg.view import Model as Model
+from mvreg.view import Part as Part
+from mvreg.view import Sample as Sample
+from mvreg.view import Scale as Scale
+from mvreg.view import View as View
 
 Indices = NDArray[np.intp]
-
-
-@dataclass(frozen=True)
-class Scale:
-    """The two lengths that every parameter is relative to, common to all the scans of a run.
-
-    `spacing` is the grid step of the keypoints (the paper's sampling, g); `resolution` the median
-    over the scans of the mean nearest-neighbour distance of their registration points.
-    """
-
-    spacing: float
-    resolution: float
-
-
-@dataclass(frozen=True, eq=False)
-class Sample:
-    """One scan down-sampled: registration points (N, 3) and keypoint candidates (K, 3)."""
-
-    points: Array
-    keypoints: Array
-
-
-@dataclass(frozen=True, eq=False)
-class Features:
-    """Described keypoints of one scan.
-
-    `keypoints` (K, 3); `normals` (K, L, 3), unit, one per scale; `descriptors` (K, D), invariant
-    under rigid motion; `oriented` is False where the normals' signs mean nothing.
-    """
-
-    keypoints: Array
-    normals: Array
-    descriptors: Array
-    oriented: bool
-
-
-@dataclass(frozen=True, eq=False)
-class View:
-    """A scan prepared for registration, or the merged model, in a frame of its own.
-
-    `points` (N, 3) with unit `normals` (N, 3) for refinement; `features` for the search;
-    `resolution` is the mean nearest-neighbour distance of `points`, the paper's d_Q. `scan` has all
-    the raw points in the same frame, and what is known of the sensor; None for a merged view.
-    """
-
-    name: str
-    points: Array
-    normals: Array
-    features: Features
-    resolution: float
-    scale: Scale
-    scan: Scan | None = None
-
-    @cached_property
-    def tree(self) -> cKDTree:
-        """k-d tree over `points`."""
-        from mvreg.nearest import build_tree
-
-        return build_tree(self.points)
-
-    @cached_property
-    def keypoint_tree(self) -> cKDTree:
-        """k-d tree over the keypoints."""
-        from mvreg.nearest import build_tree
-
-        return build_tree(self.features.keypoints)
-
-
-@dataclass(frozen=True, eq=False)
-class Model(View):
-    """The merged view in the model frame, and the names of the scans in it, in order."""
-
-    members: tuple[str, ...] = ()
-
-    @classmethod
-    def of(cls, view: View) -> Model:
-        """The model that consists of one view, in that view's frame."""
-        return cls(
-            "model", view.points, view.normals, view.features, view.resolution, view.scale,
-            members=(view.name,),
-        )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,7 +72,8 @@ class Registration:
     `overlap` is the fraction of source points kept (xi), `trimmed_mse` the mean of their squared
     distances (length^2), `objective` what the refinement minimised; `pairs` (P, 2) are indices of
     source and target points under `T_target_source`, `distances` (P,) their lengths, and
-    `trim_distance` the largest length kept.
+    `trim_distance` the largest length kept. `rivals` (R, 4, 4) are the other poses that were
+    considered for the pair, refined on few points, best first.
     """
 
     source: str
@@ -166,16 +87,23 @@ class Registration:
     trim_distance: float
     iterations: int
     converged: bool
+    rivals: Array = field(default_factory=lambda: np.empty((0, 4, 4)))
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """A judge's answer: `score` is what was measured (lower is better) against `threshold`."""
+    """A judge's answer: `score` is what was measured (lower is better) against `threshold`.
+
+    `confidence` is the probability that the pose is right, None where the judge cannot tell;
+    `evidence` is what was measured, by name.
+    """
 
     reliable: bool
     score: float
     threshold: float
     reason: str
+    confidence: float | None = None
+    evidence: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,12 +124,30 @@ class Pair:
 
 
 @dataclass(frozen=True, eq=False)
+class Link:
+    """Two placed scans that overlap, under the poses of a result.
+
+    `points` of the source lie on the target's surface, at a root mean square point-to-plane
+    distance of `rms` (length).
+    """
+
+    source: str
+    target: str
+    points: int
+    rms: float
+
+
+@dataclass(frozen=True, eq=False)
 class Result:
     """Every pose that was found.
 
-    `poses` maps names to ``T_model_scan`` (4, 4), the identity for `reference`; `unregistered`
-    names the scans that were not placed; `pairs` has every attempt, in order. `model` is the
-    merged view where the strategy keeps one.
+    `poses` maps names to ``T_model_scan`` (4, 4), the identity for `reference`. `components` are
+    the other partial models, which nothing reliable joins to the reference's: each maps names to
+    poses in a frame of its own, that of its first scan. `unregistered` names the scans in neither.
+    `pairs` has every attempt, in order; `model` is the merged view where the strategy keeps one.
+    An `adjust` stage may add the `covariances` (6, 6) of the poses, of small motions
+    ``exp(twist) @ T_model_scan``, three of rotation (radians) and three of translation (length),
+    and the `links` that it rests on.
     """
 
     reference: str
@@ -209,3 +155,6 @@ class Result:
     unregistered: tuple[str, ...]
     pairs: tuple[Pair, ...]
     model: Model | None = None
+    components: tuple[Mapping[str, Array], ...] = ()
+    covariances: Mapping[str, Array] = field(default_factory=dict)
+    links: tuple[Link, ...] = ()

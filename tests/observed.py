@@ -13,6 +13,7 @@ from mvreg.types import (
     Matches,
     Model,
     Pair,
+    Part,
     Registration,
     Result,
     Scale,
@@ -92,6 +93,7 @@ def run(folder: Path | None = None, truth: bool = True, unit: str = "mm") -> lis
     views = [view_of(scan) for scan in data.scans[:2]] + [view_of(data.scans[2], keypoints=0)]
     a, b, c = views
     model = Model.of(a)
+    good, bad = registration("b.ply"), registration("c.ply", 5.0)
     grown = Model(
         "model",
         np.concatenate([a.points, b.points + np.array([2.0, 0, 0])]),
@@ -99,9 +101,8 @@ def run(folder: Path | None = None, truth: bool = True, unit: str = "mm") -> lis
         a.features,
         1.0,
         a.scale,
-        members=("a.ply", "b.ply"),
+        parts=(Part(a, np.eye(4)), Part(b, good.T_target_source)),
     )
-    good, bad = registration("b.ply"), registration("c.ply", 5.0)
     pairs = (hopeless("c.ply"), accepted("b.ply", good), rejected("c.ply", bad))
     seeds = Matches(np.column_stack([np.arange(25), np.arange(25)]), np.zeros(25))
     candidates = Candidates(good.T_target_source[None], np.zeros(1), (seeds.indices[:12],))

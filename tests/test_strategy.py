@@ -10,7 +10,7 @@ from mvreg.errors import InputError
 from mvreg.stages.strategy import GrowStrategy, untouched
 from mvreg.testing import blob_views, pipeline
 from mvreg.testing.views import registration
-from mvreg.types import Pair, Verdict
+from mvreg.types import Pair, Part, Verdict
 
 LEVELS = [{}, {"seed.top_fraction": 0.9}, {"seed.top_fraction": 1.0}]
 
@@ -35,7 +35,7 @@ class Scripted:
         return self.pipeline.begin(reference)
 
     def extend(self, model, view, found):
-        return replace(model, members=(*model.members, view.name))
+        return replace(model, parts=(*model.parts, Part(view, np.eye(4))))
 
     def register(self, source, target, accepted, rng):
         size = len(target.members)

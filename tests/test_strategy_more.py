@@ -19,7 +19,7 @@ from mvreg.testing import blob_scans, blob_views, pipeline
 from mvreg.testing.adjust import nearly_right
 from mvreg.testing.results import misplacement
 from mvreg.testing.views import registration
-from mvreg.types import Pair, Result, Verdict
+from mvreg.types import Pair, Part, Result, Verdict
 
 
 class Scripted:
@@ -33,7 +33,7 @@ class Scripted:
         return self.pipeline.begin(reference)
 
     def extend(self, model, view, found):
-        return replace(model, members=(*model.members, view.name))
+        return replace(model, parts=(*model.parts, Part(view, np.eye(4))))
 
     def register(self, source, target, accepted, rng):
         self.asked.append((source.name, target.members, len(accepted)))

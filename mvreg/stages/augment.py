@@ -9,7 +9,7 @@ import numpy as np
 
 from mvreg import se3
 from mvreg.nearest import mean_spacing, nearest
-from mvreg.types import Array, Features, Indices, Model, Registration, View
+from mvreg.types import Array, Features, Indices, Model, Part, Registration, View
 
 
 class Mode(Enum):
@@ -39,8 +39,8 @@ def moved(view: View, transform: Array) -> View:
     )
 
 
-def grown(model: Model, source: View, points: Array, normals: Array, features: Features) -> Model:
-    """The model with new contents and one more member."""
+def grown(model: Model, part: Part, points: Array, normals: Array, features: Features) -> Model:
+    """The model with new contents and one more part."""
     return Model(
         model.name,
         points,
@@ -48,7 +48,7 @@ def grown(model: Model, source: View, points: Array, normals: Array, features: F
         features,
         mean_spacing(points),  # d_Q, of the current model
         model.scale,
-        members=(*model.members, source.name),
+        parts=(*model.parts, part),
     )
 
 
@@ -73,7 +73,7 @@ class ConcatAugment:
         view = moved(source, registration.T_target_source)
         return grown(
             model,
-            source,
+            Part(source, registration.T_target_source),
             np.concatenate([model.points, view.points]),
             np.concatenate([model.normals, view.normals]),
             joined(model.features, view.features),
@@ -181,7 +181,8 @@ class MergeAugment:
             oriented,
         )
         features = Features(keypoints, facing, descriptors, oriented)
-        return grown(model, source, points, normals, features)
+        part = Part(source, registration.T_target_source)
+        return grown(model, part, points, normals, features)
 
 
 def same_side(pairs: Indices, source: Array, target: Array, oriented: bool) -> Indices:

@@ -52,7 +52,7 @@ class AugmentContract(StageContract):
     def examples(self) -> dict[str, tuple[Any, ...]]:
         model, source, found = self.begin()
         fields = (model.name, model.points, model.normals, replace(model.features, oriented=False))
-        blind = Model(*fields, model.resolution, model.scale, members=model.members)
+        blind = Model(*fields, model.resolution, model.scale, parts=model.parts)
         return {"overlap": (model, source, found), "signs unknown": (blind, source, found)}
 
     def degenerate(self) -> dict[str, tuple[Any, ...]]:

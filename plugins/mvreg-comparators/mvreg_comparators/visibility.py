@@ -17,9 +17,9 @@ import numpy as np
 
 from mvreg import se3
 from mvreg.errors import InputError
+from mvreg.sensor import RangeImage, Sensor
 from mvreg.stages.judge import looseness
 from mvreg.types import Array, Registration, Verdict, View
-from mvreg_comparators.sensor import RangeImage, Sensor
 
 #: A view, and what its sensor saw; None where nothing is known of that.
 Witness = tuple[View, RangeImage | None]

@@ -1,7 +1,6 @@
 from dataclasses import replace
 
 import mvreg_comparators
-import mvreg_comparators.sensor
 import numpy as np
 import pytest
 from mvreg_comparators import surfc
@@ -10,6 +9,7 @@ from mvreg_comparators.visibility import VisibilityJudge
 from trees import blobs, knowing, off, truth, turned
 
 import mvreg
+import mvreg.sensor
 from mvreg import config, events, se3
 from mvreg.plugins import stages
 from mvreg.testing import StrategyContract, overlap, pipeline
@@ -99,7 +99,7 @@ def test_a_planted_wrong_edge_is_caught_by_the_global_test(planted):
 def test_without_sensors_the_global_test_has_no_say(planted):
     views = [replace(view, scan=replace(view.scan, view_direction=None)) for view in blobs(4)]
     assert off(run(views, planted), 4) < 0.1  # an estimated direction will do
-    known = replace(SURFC, sensor=mvreg_comparators.sensor.Sensor.known)
+    known = replace(SURFC, sensor=mvreg.sensor.Sensor.known)
     assert off(run(views, planted, known), 4) > 100
 
 

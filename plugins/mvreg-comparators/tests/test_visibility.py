@@ -2,11 +2,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from mvreg_comparators.sensor import RangeImage, Sensor, estimated_direction
 from mvreg_comparators.visibility import Sight, Visibility, VisibilityJudge
 
 import mvreg
 from mvreg import se3
+from mvreg.sensor import RangeImage, Sensor, estimated_direction
 from mvreg.stages.refine import TrimmedICP
 from mvreg.testing import JudgeContract, blob_views, overlap
 from mvreg.types import Features, Model, Scale, Scan, View
