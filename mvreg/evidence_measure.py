@@ -1,0 +1,182 @@
+"""What two range scans show of each other under a pose: counts and sums, ready to be pooled."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mvreg import se3
+from mvreg.nearest import nearest
+from mvreg.sensor import RangeImage, Sensor
+from mvreg.surfaces import LEAST_COSINE
+from mvreg.types import Array, Indices, View
+
+Flags = NDArray[np.bool_]
+
+#: Points asked per view: shares of so many are known to two per cent.
+MOST_POINTS = 1200
+#: Raw points that the noise floor of a scan is measured with.
+FLOOR_POINTS = 500
+#: Neighbours further apart than this are no overlap (resolutions).
+REACH = 2.0
+#: How far in front of a surface a point may be and still lie on it (resolutions).
+TOLERANCE = 2.0
+#: How many of a sensor's rays answer for a point, and how near they must be (resolutions).
+RAYS, RAY_REACH = 4, 1.0
+#: No scan is trusted to be better than this (resolutions): synthetic ones may have no noise at all.
+LEAST_FLOOR = 0.03
+
+
+@dataclass(frozen=True, eq=False)
+class Witness:
+    """What one view brings to every meeting, made ready once.
+
+    Parameters
+    ----------
+    points, normals : (P, 3) arrays
+        Some of the view's points, evenly from its list.
+    image : RangeImage or None
+        What its sensor saw; None where nothing is known of that, nor can be told.
+    known : bool
+        Whether the scan itself says where its sensor was.
+    reach : float
+        Points further from the view's than this are not on its surface (length).
+    floor : float
+        Root mean square distance of the scan's own other points to the planes of the view: noise,
+        and what the surface curves between points (length).
+    """
+
+    points: Array
+    normals: Array
+    image: RangeImage | None
+    known: bool
+    reach: float
+    floor: float
+
+
+_witnesses: WeakKeyDictionary[View, Witness] = WeakKeyDictionary()
+
+
+def witness(view: View) -> Witness:
+    """The view made ready; remembered as long as the view lives."""
+    found = _witnesses.get(view)
+    if found is None:
+        found = _witnesses[view] = _prepare(view)
+    return found
+
+
+def _prepare(view: View) -> Witness:
+    step = max(1, -(-len(view.points) // MOST_POINTS))
+    reach = REACH * max(view.scale.resolution, view.resolution)
+    known = view.scan is not None and view.scan.knows_sensor
+    return Witness(
+        view.points[::step], view.normals[::step], RangeImage.of(view, Sensor.estimated),
+        known, reach, max(_noise_floor(view, reach), LEAST_FLOOR * view.scale.resolution),
+    )  # fmt: skip
+
+
+def _noise_floor(view: View, reach: float) -> float:
+    """How far a scan's own other points are from the view's planes (RMS, length)."""
+    if len(view.points) < 2:
+        return 0.0
+    own = view.scan is None or len(view.scan.points) < 2 * len(view.points)
+    points = view.points if own or view.scan is None else view.scan.points
+    step = -(-len(points) // FLOOR_POINTS)
+    queries = points[step // 2 :: step]
+    distances, indices = view.tree.query(queries, k=2, distance_upper_bound=reach)
+    # A point that is itself one of the view's says nothing: its neighbour does.
+    same = distances[:, 0] <= 1e-6 * reach
+    distance = np.where(same, distances[:, 1], distances[:, 0])
+    index = np.where(same, indices[:, 1], indices[:, 0])
+    met = np.isfinite(distance)
+    gaps = queries[met] - view.points[index[met]]
+    heights = (gaps * view.normals[index[met]]).sum(axis=1)
+    return float(np.sqrt((heights**2).mean())) if met.any() else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Side:
+    """What the points of one view show on the surface of another.
+
+    Parameters
+    ----------
+    met : (P,) array of bool
+        Which of the points lie on the surface, normals agreeing.
+    near : int
+        How many are that near, whatever their normals.
+    normal_sum : float
+        Sum of the cosines of the normals of those met.
+    squared : float
+        Sum of the squared point-to-plane distances of those met, in units of the noise floor.
+    spots, planes : (M, 3) arrays
+        Where they meet, and the normals there, in the frame of the meeting's source.
+    consistent, front : int
+        Points that lie on what the other's sensor saw, and those in front of it, in what it saw to
+        be free.
+    told : bool
+        False where nothing is known of the other's sensor.
+    """
+
+    met: Flags
+    near: int
+    normal_sum: float
+    squared: float
+    spots: Array
+    planes: Array
+    consistent: int
+    front: int
+    told: bool
+
+
+def look(moving: View, still: View, T_still_moving: Array) -> Side:
+    """What the points of `moving` show on the surface of `still`; spots are in `moving`'s frame."""
+    here, there = witness(moving), witness(still)
+    points = se3.apply(T_still_moving, here.points)
+    near, partners = _on_surface(points, still, there.reach)
+    turned = here.normals[near] @ T_still_moving[:3, :3].T
+    planes = still.normals[partners]
+    cosines = (turned * planes).sum(axis=1)
+    if not (moving.features.oriented and still.features.oriented):
+        cosines = np.abs(cosines)
+    agree = cosines > LEAST_COSINE
+    chosen, planes = near[agree], planes[agree]
+    heights = ((points[chosen] - still.points[partners[agree]]) * planes).sum(axis=1)
+    floor = np.sqrt((here.floor**2 + there.floor**2) / 2)
+    met = np.zeros(len(points), dtype=bool)
+    met[chosen] = True
+    consistent, front = _seen(there.image, points, still)
+    return Side(
+        met, len(near), float(cosines[agree].sum()),
+        float(((heights / floor) ** 2).sum()) if floor else 0.0,
+        here.points[chosen], planes @ T_still_moving[:3, :3], consistent, front,
+        there.image is not None,
+    )  # fmt: skip
+
+
+def _on_surface(points: Array, still: View, reach: float) -> tuple[Indices, Indices]:
+    """Which points (M,) are within `reach` of a view's, and their neighbours there (M,)."""
+    none = np.empty(0, dtype=np.intp)
+    if not len(points) or not len(still.points):
+        return none, none
+    tree = still.tree
+    # The box first: most points of views that hardly meet then cost no query.
+    inside = ((points >= tree.mins - reach) & (points <= tree.maxes + reach)).all(axis=1)
+    asked = np.flatnonzero(inside)
+    distances, partners = nearest(tree, points[asked], reach)
+    met = np.isfinite(distances)
+    return asked[met], partners[met]
+
+
+def _seen(image: RangeImage | None, points: Array, still: View) -> tuple[int, int]:
+    """How many points lie on what a sensor saw, and how many in front of it."""
+    if image is None or not len(points):
+        return 0, 0
+    resolution = max(still.scale.resolution, still.resolution)
+    height, low, high = image.nearby(points, RAY_REACH * resolution, RAYS)
+    front = height > high + TOLERANCE * resolution
+    behind = height < low - TOLERANCE * resolution
+    consistent = ~np.isnan(low) & ~front & ~behind
+    return int(consistent.sum()), int(front.sum())
