@@ -93,12 +93,17 @@ class JudgeContract(StageContract):
                     assert not verdict.reliable
 
     def test_the_frame_does_not_matter(self) -> None:
+        back = se3.invert(MOTION)
         for name, (found, source, target, accepted) in self.examples().items():
             with case(name):
                 old = self.call(found, source, target, accepted)
-                pose = AXES_SWAPPED @ found.T_target_source @ se3.invert(MOTION)
+                pose = AXES_SWAPPED @ found.T_target_source @ back
                 there = moved_view(source, MOTION), moved_view(target, AXES_SWAPPED)
-                self.same(old, self.call(replace(found, T_target_source=pose), *there, accepted))
+                before = [  # of the same two views, which all of them are
+                    replace(one, T_target_source=AXES_SWAPPED @ one.T_target_source @ back)
+                    for one in accepted
+                ]
+                self.same(old, self.call(replace(found, T_target_source=pose), *there, before))
 
     def test_the_unit_of_length_does_not_matter(self) -> None:
         for name, (found, source, target, accepted) in self.examples().items():
