@@ -8,7 +8,7 @@ from mvreg.hookspecs import hookimpl
 @hookimpl
 def mvreg_stages() -> dict[str, type]:
     """Return the paper's stages, their variants, and the data sets."""
-    from mvreg.datasets import folder, stanford, synthetic
+    from mvreg.datasets import folder, mixture, spoilt, stanford, synthetic
     from mvreg.stages import (
         adjust,
         augment,
@@ -24,6 +24,7 @@ def mvreg_stages() -> dict[str, type]:
         refine_planes,
         seed,
         strategy,
+        strategy_best_first,
         strategy_coarse_to_fine,
         strategy_sequential,
     )
@@ -33,6 +34,8 @@ def mvreg_stages() -> dict[str, type]:
         "dataset/folder": folder.Folder,
         "dataset/figurine": synthetic.Figurine,
         "dataset/tiny": synthetic.Tiny,
+        "dataset/mixture": mixture.Mixture,
+        "dataset/spoilt": spoilt.Spoilt,
         "downsample/paper": downsample.PaperDownsample,
         "downsample/stride": downsample.StrideDownsample,
         "downsample/voxel": downsample.VoxelDownsample,
@@ -54,6 +57,7 @@ def mvreg_stages() -> dict[str, type]:
         "augment/concat": augment.ConcatAugment,
         "augment/merge": augment.MergeAugment,
         "strategy/grow": strategy.GrowStrategy,
+        "strategy/best_first": strategy_best_first.BestFirst,
         "strategy/sequential": strategy_sequential.SequentialStrategy,
         "strategy/coarse_to_fine": strategy_coarse_to_fine.CoarseToFineStrategy,
         "adjust/none": adjust.NoAdjust,

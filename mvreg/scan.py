@@ -112,9 +112,20 @@ class ScanSet:
 
     `poses` maps scan names to ground truth ``T_world_scan`` (4, 4); it may miss scans.
     `unit` is the unit of length ("mm"), or "file" for the files' own, whatever it is.
+    `objects` maps scan names to the name of the object that they show, each of which has a world
+    frame of its own: poses of different objects do not compare, and a result that puts two of
+    them into one frame is wrong. None where all scans are of one object.
     """
 
     name: str
     scans: tuple[Scan, ...]
     unit: str = "file"
     poses: Mapping[str, Array] | None = None
+    objects: Mapping[str, str] | None = None
+
+    def truth_beside(self, scan: str) -> Mapping[str, Array] | None:
+        """The true poses of the scans that show the same object as `scan`; None where unknown."""
+        if self.poses is None or self.objects is None:
+            return self.poses
+        shown = self.objects.get(scan)
+        return {name: T for name, T in self.poses.items() if self.objects.get(name) == shown}

@@ -70,10 +70,9 @@ def scramble(scans: ScanSet, rng: np.random.Generator) -> ScanSet:
         scan.name: se3.random(rng, shift=float(np.ptp(scan.points, axis=0).max()))
         for scan in scans.scans
     }
-    return ScanSet(
-        name=scans.name,
+    return replace(
+        scans,
         scans=tuple(scan.moved(motions[scan.name]) for scan in scans.scans),
-        unit=scans.unit,
         poses=None if scans.poses is None else {
             name: _follow(pose, motions.get(name)) for name, pose in scans.poses.items()
         },

@@ -10,6 +10,8 @@ import pytest
 from mvreg import plugins, se3
 from mvreg.contracts import KINDS
 from mvreg.datasets.folder import Folder
+from mvreg.datasets.mixture import Mixture
+from mvreg.datasets.spoilt import Spoilt
 from mvreg.datasets.stanford import Stanford
 from mvreg.datasets.synthetic import Figurine, Tiny
 from mvreg.io import write_ply
@@ -19,10 +21,15 @@ from mvreg.testing.views import SMALL
 
 CORE = {key: stage for key, stage in plugins.stages().items() if stage.plugin == "mvreg"}
 
+SPHERE = "tiny views=2 points=300 shape=sphere"
 #: Stages whose defaults are not what the suites' small scans ask for, or that need something.
 INSTEAD: dict[str, Any] = {
     "dataset/figurine": Figurine(views=2, points=300, shape="sphere"),
     "dataset/tiny": Tiny(views=2, points=300, shape="sphere"),
+    "dataset/mixture": Mixture(
+        of=[SPHERE, SPHERE.replace("sphere", "box")], keep=["2"], scramble=False
+    ),
+    "dataset/spoilt": Spoilt(of=SPHERE, noise=0.1, outliers=0.1, drop=0.1, sparse=1),
     "downsample/paper": SMALL,
     "describe/eigenvalues": EigenvaluesDescribe(stride=1),
 }
