@@ -14,6 +14,7 @@ def mvreg_stages() -> dict[str, type]:
         augment,
         describe,
         downsample,
+        joint,
         jrmpc,
         judge,
         judge_evidence,
@@ -65,4 +66,5 @@ def mvreg_stages() -> dict[str, type]:
         "adjust/weighted_motion_averaging": motion_averaging.WeightedMotionAveraging,
         "adjust/lrs": lrs.LowRankSparse,
         "adjust/jrmpc": jrmpc.JointMixture,
+        "adjust/joint": joint.JointRefinement,
     }

@@ -1,0 +1,137 @@
+"""The search for the poses at which all surfaces lie on each other: coarse, then fine."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mvreg import se3
+from mvreg.stages.joint_contacts import Contacts, Gate, contacts, touching
+from mvreg.stages.joint_covariance import covariances
+from mvreg.stages.joint_surface import Surface
+from mvreg.stages.joint_system import CUT, Frame, Rows, System, rows, spread
+from mvreg.types import Array, Link
+
+#: From far away every n-th sample will do, until no point moves by more than this (resolutions).
+STRIDE, NEARLY_STILL = 8, 0.1
+#: In the end contacts are no farther apart than this (resolutions), and the poses stand still when
+#: no point moves farther than this in one round. A hundredth is a third of the scatter that the
+#: noise leaves on the Stanford scans.
+NEAR, STILL = 2.0, 0.01
+#: Steps of Gauss-Newton for each set of contacts: the second one has the weights of the first.
+STEPS = 2
+#: Kernels are no narrower than this (resolutions): exact data have residuals of rounding only.
+NARROWEST = 1e-6
+#: Edge of the cells whose residuals are taken to be independent (radii of a patch).
+CELL = 4.0
+
+
+@dataclass(frozen=True, eq=False)
+class Settled:
+    """Where the poses came to rest: those that moved, what is known of them, and what they rest on.
+
+    `poses` and `covariances` by name, as in `Result`; `links` are ordered pairs.
+    """
+
+    poses: Mapping[str, Array]
+    covariances: Mapping[str, Array]
+    links: tuple[Link, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Solver:
+    """The problem: surfaces, their names, the one held `fixed`, and the stage's parameters."""
+
+    surfaces: Sequence[Surface]
+    names: tuple[str, ...]
+    fixed: int
+    resolution: float
+    reach: float
+    kernel: float
+    max_rounds: int
+
+    def settle(self, poses: Sequence[Array]) -> Settled | None:
+        """Move all poses that a chain of contacts joins to the fixed one; None if there is none."""
+        motions = np.stack(poses)
+        coarse = Gate(self.reach * self.resolution, STRIDE, flat=True)
+        for gate, still in ((coarse, NEARLY_STILL), (Gate(NEAR * self.resolution), STILL)):
+            for _ in range(self.max_rounds):
+                before = motions
+                motions = self.round(motions, gate)
+                if self.farthest(before, motions) <= still:
+                    break
+        return self.summary(motions)
+
+    def round(self, motions: Array, gate: Gate) -> Array:
+        """Find contacts and solve."""
+        found, free = self.held(motions, gate)
+        if not free:
+            return motions
+        frame = Frame.of(self.surfaces, motions)
+        for _ in range(1 if gate.flat else STEPS):
+            residuals = rows(self.surfaces, motions, found, frame, gate.flat)
+            step = System.of(residuals, free, self.width(residuals, frame)).step()
+            motions = motions.copy()
+            motions[free] = frame.motion(step) @ motions[free]
+        for k in free:
+            motions[k] = se3.project(motions[k])
+        return motions
+
+    def held(self, motions: Array, gate: Gate) -> tuple[list[Contacts], list[int]]:
+        """Contacts of all that hangs together with the fixed scan, and what may move of it."""
+        from scipy.sparse import coo_matrix
+        from scipy.sparse.csgraph import connected_components
+
+        pairs = touching(self.surfaces, motions, gate.reach)
+        found = contacts(self.surfaces, motions, pairs, gate)
+        ends = np.array([(one.i, one.j) for one in found], dtype=np.intp).reshape(-1, 2)
+        size = len(self.surfaces)
+        graph = coo_matrix((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(size, size))
+        _, part = connected_components(graph, directed=False)
+        joined = part == part[self.fixed]
+        free = [k for k in range(size) if joined[k] and k != self.fixed]
+        return [one for one in found if joined[one.i]], free
+
+    def width(self, residuals: Sequence[Rows], frame: Frame) -> float:
+        """The kernel's width, in the frame's radius."""
+        return max(self.kernel * spread(residuals), NARROWEST * self.resolution / frame.radius)
+
+    def farthest(self, before: Array, after: Array) -> float:
+        """How far any sample has moved, in resolutions."""
+        moves = [
+            np.linalg.norm(se3.apply(new, s.points) - se3.apply(old, s.points), axis=1).max()
+            for s, old, new in zip(self.surfaces, before, after, strict=True)
+        ]
+        return float(max(moves)) / self.resolution
+
+    def summary(self, motions: Array) -> Settled | None:
+        """What to report of the poses found."""
+        gate = Gate(NEAR * self.resolution)
+        found, free = self.held(motions, gate)
+        if not free:
+            return None
+        frame = Frame.of(self.surfaces, motions)
+        residuals = rows(self.surfaces, motions, found, frame, gate.flat)
+        width = self.width(residuals, frame)
+        system = System.of(residuals, free, width)
+        reach = np.median(np.concatenate([surface.reach for surface in self.surfaces]))
+        cell = CELL * float(reach) / frame.radius
+        known = covariances(residuals, system, frame, width, cell)
+        return Settled(
+            {self.names[k]: motions[k] for k in free},
+            {self.names[self.fixed]: np.zeros((6, 6))}
+            | {self.names[k]: block for k, block in zip(free, known, strict=True)},
+            tuple(self.links(residuals, CUT * width, frame)),
+        )
+
+    def links(self, residuals: Sequence[Rows], cut: float, frame: Frame) -> list[Link]:
+        """The pairs of scans with the samples that lie on each other."""
+        found = []
+        for one in residuals:
+            inside = np.abs(one.residuals) < cut
+            if inside.any():
+                rms = frame.radius * float(np.sqrt((one.residuals[inside] ** 2).mean()))
+                found.append(Link(self.names[one.i], self.names[one.j], int(inside.sum()), rms))
+        return found

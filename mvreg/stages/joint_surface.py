@@ -1,0 +1,170 @@
+"""Scans as smooth surfaces: a patch of second order about every sample, fitted to the raw points.
+
+A raw point is off the surface by the noise, and the nearest raw points of two scans are off each
+other by the sampling, too. A patch averages the noise of all the raw points about it, and can be
+asked anywhere between them: what is left is of third order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mvreg.nearest import WORKERS, build_tree
+from mvreg.parallel import in_threads
+from mvreg.types import Array, Indices, View
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
+
+#: Patches per scan, at most: more of them share their raw points, and add nothing.
+MOST_SAMPLES = 5000
+#: Raw points per patch for each raw point per sample, so that patches reach over each other's rims:
+#: with one point in ten sampled, a patch of 30 points is as wide as samples are apart.
+COVER = 3
+#: Raw points per patch: its six numbers need some to spare; more than so many take long.
+FEWEST, MOST = 20, 100
+#: A patch whose points' mean is off its middle by more than this share of its radius is at a rim,
+#: where surfaces bend and rays mix (Turk and Levoy 1994 drop matches there). Half a disc has 0.42.
+LOPSIDED = 0.3
+#: Keeps a fit to points on a line or on one spot solvable (of a mean eigenvalue of one or so).
+RIDGE = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """Patches of one scan, in its frame, each with an origin and axes of its own.
+
+    ``height(a, b) = slopes . (a, b) + bends . (a^2 / 2, a b, b^2 / 2)`` over the plane of the first
+    two axes.
+
+    Parameters
+    ----------
+    points : (S, 3) array
+        The origins, on the surface.
+    axes : (S, 3, 3) array
+        Rows: two along the surface, and one out of it, towards the sensor if that is known.
+    slopes : (S, 2) array
+    bends : (S, 3) array
+        1 / length.
+    normals : (S, 3) array
+        Of the surface at the origins, unit.
+    reach : (S,) array
+        How far the raw points of the patch reach along it (length).
+    density : (S,) array
+        Raw points per area (1 / length^2); zero where all points are one.
+    whole : (S,) array of bool
+        Whether the raw points lie all around; a patch that is not whole serves for nothing.
+    share : float
+        Raw points of the scan for each patch.
+    oriented : bool
+        False where the signs of the normals mean nothing.
+    """
+
+    points: Array
+    axes: Array
+    slopes: Array
+    bends: Array
+    normals: Array
+    reach: Array
+    density: Array
+    whole: Array
+    share: float
+    oriented: bool
+
+    @cached_property
+    def tree(self) -> cKDTree:
+        """k-d tree over the origins."""
+        return build_tree(self.points)
+
+    def gaps(self, points: Array, patches: Indices, flat: bool) -> tuple[Array, Array, Array]:
+        """How far points are from patches, across the surface and along it.
+
+        Parameters
+        ----------
+        points : (M, 3) array
+        patches : (M,) array
+            One for each point.
+        flat : bool
+            Ask the tangent planes instead, for points that are far away.
+
+        Returns
+        -------
+        heights : (M,) array
+            Signed distances to the surface, to first order (length).
+        normals : (M, 3) array
+            Of the surface below the points, unit.
+        aside : (M,) array
+            How far the points are from the middle of the patch, along it (length).
+        """
+        local = np.einsum("mij,mj->mi", self.axes[patches], points - self.points[patches])
+        across, height = local[:, :2], local[:, 2]
+        slopes = self.slopes[patches]
+        below = (slopes * across).sum(axis=1)
+        if not flat:
+            bends = self.bends[patches]
+            a, b = across.T
+            bent = np.stack([bends[:, 0] * a + bends[:, 1] * b, bends[:, 1] * a + bends[:, 2] * b])
+            below = below + (bent.T * across).sum(axis=1) / 2
+            slopes = slopes + bent.T
+        steep = np.sqrt(1 + (slopes**2).sum(axis=1))
+        upright = np.column_stack([-slopes, np.ones(len(slopes))]) / steep[:, None]
+        normals = np.einsum("mi,mij->mj", upright, self.axes[patches])
+        return (height - below) / steep, normals, np.sqrt((across**2).sum(axis=1))
+
+
+def surfaces(views: Sequence[View]) -> list[Surface]:
+    """The surface of every view: of its scan's raw points, or of its own points where it has none.
+
+    Samples are the view's own points, evenly thinned where there are more than 5000.
+    """
+    return in_threads(_surface, views)
+
+
+def _surface(view: View) -> Surface:
+    step = max(1, -(-len(view.points) // MOST_SAMPLES))
+    samples, facing = view.points[::step], view.normals[::step]
+    raw = view.points if view.scan is None else view.scan.points
+    tree = view.tree if view.scan is None else view.scan.tree
+    share = len(raw) / len(samples)
+    count = min(int(np.clip(COVER * share, FEWEST, MOST)), len(raw))
+    _, indices = tree.query(samples, k=np.arange(1, count + 1), workers=WORKERS)
+    return _fitted(raw[indices], samples, facing, share, view.features.oriented)
+
+
+def _fitted(near: Array, samples: Array, facing: Array, share: float, oriented: bool) -> Surface:
+    """Patches through the raw points (S, k, 3) about each sample, by least squares."""
+    offsets = near - samples[:, None]
+    centred = offsets - offsets.mean(axis=1, keepdims=True)
+    axes = np.linalg.eigh(np.swapaxes(centred, 1, 2) @ centred)[1][:, :, ::-1]
+    axes = np.ascontiguousarray(np.swapaxes(axes, 1, 2))
+    axes[(axes[:, 2] * facing).sum(axis=1) < 0] *= -1
+    local = offsets @ np.swapaxes(axes, 1, 2)
+    reach = np.sqrt((local[..., :2] ** 2).sum(axis=2).max(axis=1))
+    unit = np.where(reach > 0, reach, 1.0)
+    a, b = local[..., 0] / unit[:, None], local[..., 1] / unit[:, None]
+    terms = np.stack([np.ones_like(a), a, b, a * a / 2, a * b, b * b / 2], axis=2)
+    system = np.swapaxes(terms, 1, 2) @ terms / terms.shape[1] + RIDGE * np.eye(6)
+    right = np.swapaxes(terms, 1, 2) @ local[..., 2:] / terms.shape[1]
+    fit = np.linalg.solve(system, right)[..., 0]
+    slopes, bends = fit[:, 1:3] / unit[:, None], fit[:, 3:] / unit[:, None] ** 2
+    lopsided = np.hypot(a.mean(axis=1), b.mean(axis=1))
+    whole = (reach > 0) & (lopsided < LOPSIDED) & (terms.shape[1] >= FEWEST)
+    upright = np.column_stack([-slopes, np.ones(len(slopes))])
+    upright /= np.linalg.norm(upright, axis=1, keepdims=True)
+    return Surface(
+        points=samples + fit[:, :1] * axes[:, 2],
+        axes=axes,
+        slopes=slopes,
+        bends=bends,
+        normals=np.einsum("si,sij->sj", upright, axes),
+        reach=reach,
+        density=np.where(reach > 0, terms.shape[1] / (np.pi * unit**2), 0.0),
+        whole=whole,
+        share=share,
+        oriented=oriented,
+    )

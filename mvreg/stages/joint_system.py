@@ -1,0 +1,168 @@
+"""The normal equations of all poses at once: sparse, robust, with the reference held fast."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mvreg import se3
+from mvreg.parallel import in_threads
+from mvreg.stages.joint_contacts import Contacts
+from mvreg.stages.joint_surface import Surface
+from mvreg.stages.plane_icp import about
+from mvreg.types import Array
+
+#: Residuals beyond so many widths of the kernel have a weight below 1 per cent, and get none.
+CUT = 3.0
+#: The median of absolute residuals, times this, is the standard deviation of Gaussian ones.
+MAD = 1.4826
+#: Levenberg's damping, of the mean diagonal: picks the smallest step where nothing holds a pose,
+#: as on a plane, and is too little to slow down anything that is held.
+DAMPING = 1e-7
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Coordinates of order one for the unknowns: `centre` (3,) and `radius` (length) of a model."""
+
+    centre: Array
+    radius: float
+
+    @classmethod
+    def of(cls, surfaces: Sequence[Surface], motions: Array) -> Frame:
+        """The frame about all the samples of placed surfaces."""
+        placed = zip(surfaces, motions, strict=True)
+        points = np.concatenate([se3.apply(motion, s.points) for s, motion in placed])
+        centre = points.mean(axis=0)
+        return cls(centre, float(np.sqrt(((points - centre) ** 2).sum(axis=1).mean())) or 1.0)
+
+    def motion(self, unknowns: Array) -> Array:
+        """The motions (..., 4, 4) of unknowns (..., 6)."""
+        steps = se3.exp(unknowns * np.array([1.0, 1, 1, *3 * [self.radius]]))
+        return np.stack([about(self.centre, step) for step in steps])
+
+    @property
+    def twists(self) -> Array:
+        """(6, 6): twists about the model frame's origin, from the unknowns."""
+        change = np.eye(6)
+        change[3:, :3] = se3.skew(self.centre)
+        change[3:, 3:] *= self.radius
+        return change
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """The residuals of some contacts under some poses, in units of the frame's radius.
+
+    `residuals` (M,); `jacobian` (M, 6) is for the pose of scan `i`, and its negative for that of
+    scan `j`; `points` (M, 3) are where they are, in the frame; `weights` (M,).
+    """
+
+    i: int
+    j: int
+    residuals: Array
+    jacobian: Array
+    points: Array
+    weights: Array
+
+
+def rows(
+    surfaces: Sequence[Surface],
+    motions: Array,
+    contacts: Sequence[Contacts],
+    frame: Frame,
+    flat: bool,
+) -> list[Rows]:
+    """Point-to-surface residuals of all contacts, and how they change with the poses."""
+
+    def of(one: Contacts) -> Rows:
+        into = se3.invert(motions[one.j]) @ motions[one.i]
+        points = se3.apply(into, surfaces[one.i].points[one.samples])
+        heights, normals, _ = surfaces[one.j].gaps(points, one.patches, flat)
+        normals = normals @ motions[one.j][:3, :3].T
+        points = (se3.apply(motions[one.j], points) - frame.centre) / frame.radius
+        jacobian = np.concatenate([np.cross(points, normals), normals], axis=1)
+        return Rows(one.i, one.j, heights / frame.radius, jacobian, points, one.weights)
+
+    return in_threads(of, list(contacts))
+
+
+def spread(found: Sequence[Rows]) -> float:
+    """The residuals' standard deviation, by their median, in units of the frame's radius."""
+    return MAD * float(np.median(np.abs(np.concatenate([one.residuals for one in found]))))
+
+
+def weight(residuals: Array, width: float) -> Array:
+    """Weights (M,) of Geman and McClure (1985) in iterated least squares, ``(1 + u^2)^-2``.
+
+    ``u`` is the residual in kernel widths; beyond three there is no weight.
+    """
+    square = (residuals / width) ** 2
+    weights: Array = np.where(square < CUT**2, (1 + square) ** -2.0, 0.0)
+    return weights
+
+
+def curvature(residuals: Array, width: float) -> Array:
+    """Second derivatives (M,) of the kernel, ``(1 - 3 u^2) (1 + u^2)^-3``, as for `weight`."""
+    square = (residuals / width) ** 2
+    bent: Array = np.where(square < CUT**2, (1 - 3 * square) * (1 + square) ** -3.0, 0.0)
+    return bent
+
+
+@dataclass(frozen=True, eq=False)
+class System:
+    """Normal equations ``normal @ unknowns = -gradient`` over the poses that are free.
+
+    `normal` is sparse, (6 F, 6 F); `place` maps positions of scans to those among the free ones.
+    """
+
+    normal: Any
+    gradient: Array
+    place: dict[int, int]
+
+    @classmethod
+    def of(cls, found: Sequence[Rows], free: Sequence[int], width: float) -> System:
+        """Sum over all rows, each with its weight and the kernel's."""
+        from scipy.sparse import coo_matrix
+
+        place = {k: index for index, k in enumerate(free)}
+        gradient = np.zeros((len(free), 6))
+        where: list[tuple[int, int]] = []
+        made: list[Array] = []
+        for one in found:
+            weights = one.weights * weight(one.residuals, width)
+            weighted = one.jacobian * weights[:, None]
+            block, slope = one.jacobian.T @ weighted, weighted.T @ one.residuals
+            for k, sign in ((one.i, 1.0), (one.j, -1.0)):
+                if k in place:
+                    gradient[place[k]] += sign * slope
+                    where.append((place[k], place[k]))
+                    made.append(block)
+            if one.i in place and one.j in place:
+                where += [(place[one.i], place[one.j]), (place[one.j], place[one.i])]
+                made += [-block, -block]
+        blocks = np.array(made).reshape(-1, 6, 6)
+        corner = 6 * np.array(where, dtype=np.intp).reshape(-1, 2)
+        across, down = np.meshgrid(np.arange(6), np.arange(6))
+        entries = (
+            blocks.ravel(),
+            ((corner[:, :1, None] + down).ravel(), (corner[:, 1:, None] + across).ravel()),
+        )
+        size = 6 * len(free)
+        return cls(coo_matrix(entries, shape=(size, size)).tocsc(), gradient.ravel(), place)
+
+    def factor(self) -> Any:
+        """SciPy's sparse LU of the damped equations."""
+        from scipy.sparse import identity
+        from scipy.sparse.linalg import splu
+
+        mean = self.normal.diagonal().mean() or 1.0
+        return splu((self.normal + DAMPING * mean * identity(len(self.gradient))).tocsc())
+
+    def step(self) -> Array:
+        """The unknowns (F, 6)."""
+        found: Array = -self.factor().solve(self.gradient).reshape(-1, 6)
+        return found
