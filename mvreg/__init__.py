@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from mvreg._open3d import load_open3d as load_open3d
+    from mvreg.assessment import assess as assess
     from mvreg.errors import InputError as InputError
     from mvreg.errors import MvregError as MvregError
     from mvreg.errors import PluginError as PluginError
@@ -36,6 +37,7 @@ _WHERE = {
     "Result": "types",
     "Scan": "types",
     "ScanSet": "types",
+    "assess": "assessment",
     "dataset": "run",
     "hookimpl": "hookspecs",
     "load_method": "run",
