@@ -100,8 +100,19 @@ def _found(folder: Path) -> Iterator[tuple[Path, tuple[str, ...]]]:
     for file in folder.rglob(".hydra/overrides.yaml"):
         place = file.parent.parent
         if not place.is_symlink():
-            given = [str(each) for each in OmegaConf.load(file)]
-            yield place, tuple(each for each in given if not each.startswith("+experiment="))
+            yield place, _overrides(place)
+
+
+def read(folder: Path) -> Run:
+    """The record of the job in a folder, whatever experiment it belongs to."""
+    return _read(folder, _overrides(folder))
+
+
+def _overrides(folder: Path) -> tuple[str, ...]:
+    """What a job in a folder was given, less the name of its experiment."""
+    file = folder / ".hydra" / "overrides.yaml"
+    given = [str(each) for each in OmegaConf.load(file)] if file.is_file() else []
+    return tuple(each for each in given if not each.startswith("+experiment="))
 
 
 def _read(folder: Path, overrides: tuple[str, ...]) -> Run:

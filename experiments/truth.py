@@ -1,0 +1,88 @@
+"""The truth behind a run, and the run judged by it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from placements import Placements, Poses, Tolerance, Truth, placements
+from runs import Run
+
+import mvreg
+from mvreg.errors import InputError
+
+Report = Mapping[str, Any]
+#: A pose's error (degrees) as the run told it and as it is found now differ by less than this.
+SAME = 1e-5
+
+
+def placements_of(run: Run) -> Placements | None:
+    """What a run placed right, falsely or not; None without a result, or where no truth is known.
+
+    Raises
+    ------
+    InputError
+        If the scans, which are loaded where the result does not hold the truth, are not on this
+        machine, or are no longer those of the run.
+    """
+    if run.report is None:
+        return None
+    truth = truth_of(run.report, run.value("dataset", run.report["dataset"]))
+    if truth is None:
+        return None
+    models = models_of(run.report)
+    return placements(models, run.report["unregistered"], truth, Tolerance.of(run.report))
+
+
+def models_of(report: Report) -> list[Poses]:
+    """The partial models of a run, the reference's first."""
+    found = [report["poses"], *report.get("components", [])]
+    return [{name: np.array(pose) for name, pose in poses.items()} for poses in found]
+
+
+def truth_of(report: Report, dataset: str) -> Truth | None:
+    """The truth behind a run: what its result holds, else what the data set says when loaded again.
+
+    Parameters
+    ----------
+    report : mapping
+        ``result.json``.
+    dataset : str
+        The data set's name on the command line.
+    """
+    if "truth" in report:
+        poses, objects = report["truth"], report.get("objects")
+    else:
+        config = {key: value for key, value in report["config"]["dataset"].items() if key != "name"}
+        scans = mvreg.dataset(dataset, rng=int(report["rng"]), **config)
+        poses, objects = scans.poses, scans.objects
+    if poses is None:
+        return None
+    arrays = {name: np.array(pose) for name, pose in poses.items()}
+    truth = Truth(arrays, objects or dict.fromkeys(arrays, ""))
+    check(report, truth)
+    return truth
+
+
+def check(report: Report, truth: Truth) -> None:
+    """Refuse a truth that is not that of the run: it would find every pose wrong, or right.
+
+    Raises
+    ------
+    InputError
+        If a pose's error is another than the run has told.
+    """
+    errors = report.get("errors")
+    if not errors:
+        return
+    model, frame = models_of(report)[0], errors["frame"]
+    for name, error in errors["scans"].items():
+        if name in truth.poses and truth.objects[name] == truth.objects[frame]:
+            angle, _ = truth.offset(frame, name, model)
+            if abs(angle - error["angle_deg"]) > SAME:
+                raise InputError(
+                    f"the truth of {name!r} is not what it was when these scans were run "
+                    f"({angle:g} degrees off, not {error['angle_deg']:g}); run them again with "
+                    "resume=false"
+                )
