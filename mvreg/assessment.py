@@ -97,7 +97,8 @@ def _meetings(
         source, target = contact.source.name, contact.target.name
         if (target, source) not in meetings:
             transform = se3.invert(poses[target]) @ poses[source]
-            meetings[source, target] = Meeting(contact.source, contact.target, transform)
+            both = contact.source, contact.target
+            meetings[source, target] = Meeting(*both, transform, poses[source])
     return meetings
 
 

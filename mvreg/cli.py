@@ -1,7 +1,7 @@
 """The command line: a Hydra run, and the words `plugins` and `inspect`.
 
-Exit codes: 0 every scan placed, 3 some not, 2 wrong input, 1 a bug, 130 Ctrl-C. A sweep ends with
-the worst of its runs' codes.
+Exit codes: 0 every scan placed in one model, 3 some not, 2 wrong input, 1 a bug, 130 Ctrl-C. A
+sweep ends with the worst of its runs' codes.
 """
 
 from __future__ import annotations
@@ -175,11 +175,11 @@ def run(config: DictConfig) -> int:
     folder = Path(HydraConfig.get().runtime.output_dir)
     if config.resume and (done := finished(folder, config)):
         say(told(done, folder))
-        return NOT_PLACED if done["unregistered"] else DONE
+        return NOT_PLACED if done["unregistered"] or done.get("components") else DONE
     with message_kept(folder, message):
         check(config)
         result = run_job(config, folder)
-    return NOT_PLACED if result.unregistered else DONE
+    return NOT_PLACED if result.unregistered or result.components else DONE
 
 
 def say(line: str) -> None:

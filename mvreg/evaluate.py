@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -83,3 +83,21 @@ def pose_errors(
     translations = np.linalg.norm((found - right)[:, :3, 3], axis=1)
     rows = zip(rotations.tolist(), angles.tolist(), translations.tolist(), strict=True)
     return PoseErrors(frame, {name: ScanError(*row) for name, row in zip(known, rows, strict=True)})
+
+
+def component_errors(
+    components: Sequence[Mapping[str, Array]], truth: Mapping[str, Array] | None
+) -> list[PoseErrors | None]:
+    """Compare partial models with the truth, each in the frame of its own first scan that has one.
+
+    How a partial model lies to the reference's is not known, and does not count; a scan in a wrong
+    place within it does.
+
+    Parameters
+    ----------
+    components : sequence of mappings of scan name to (4, 4) array
+        `Result.components`.
+    truth : mapping of scan name to (4, 4) array, or None
+        ``T_world_scan``; may miss scans.
+    """
+    return [pose_errors(poses, truth, next(iter(poses), "")) for poses in components]

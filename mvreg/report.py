@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
-import math
 import platform
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from importlib import metadata
 
-from mvreg.evaluate import Consistency, PoseErrors, ScanError, consistency, pose_errors
+from mvreg.assessment import assess
+from mvreg.evaluate import component_errors, consistency, pose_errors
 from mvreg.provenance import commit, machine
 from mvreg.report_file import SCHEMA, to_plain
+from mvreg.report_rows import (
+    component_rows,
+    consistency_row,
+    errors_row,
+    grade_row,
+    link_rows,
+    pair_rows,
+    scan_row,
+)
 from mvreg.types import Pair, Result, ScanSet, View
 
 #: What can change the answer. Open3D has two distributions, of which one is installed.
@@ -54,10 +63,15 @@ def build_report(
     dict
         Only what JSON knows; numbers that are NaN or infinite have become None. Lengths are in
         `unit`, poses are ``T_model_scan``, row by row; `model_points` is the size of the merged
-        view, None where the strategy keeps none.
+        view, None where the strategy keeps none. `status` is "complete" only if every scan has a
+        pose in the reference's frame.
     """
     errors = pose_errors(result.poses, scanset.poses, result.reference)
-    complete = "incomplete" if result.unregistered else "complete"
+    apart = component_errors(result.components, scanset.poses)
+    by_scan = {name: e for each in (errors, *apart) if each for name, e in each.scans.items()}
+    assessment = assess(result, views)
+    resolution = views[0].scale.resolution if views else None
+    complete = "incomplete" if result.unregistered or result.components else "complete"
     report = {
         "schema": SCHEMA,
         "status": "interrupted" if interrupted else complete,
@@ -65,16 +79,21 @@ def build_report(
         "dataset": scanset.name,
         "rng": rng,
         "unit": scanset.unit,
-        "resolution": views[0].scale.resolution if views else None,
+        "resolution": resolution,
         "reference": result.reference,
         "poses": dict(result.poses),
+        "components": component_rows(result, views, apart),
         "unregistered": list(result.unregistered),
         "num_pairs": len(result.pairs),
         "model_points": None if result.model is None else len(result.model.points),
         "seconds": {**pair_seconds(result.pairs), **seconds},
-        "errors": _errors(errors),
-        "consistency": _consistency(consistency(result.poses, views)),
-        "scans": [_row(scan.name, result, errors) for scan in scanset.scans],
+        "errors": errors_row(errors),
+        "consistency": consistency_row(consistency(result.poses, views)),
+        "grades": grade_row(assessment),
+        "scans": [scan_row(scan.name, result, by_scan, assessment) for scan in scanset.scans],
+        "links": link_rows(assessment, result, resolution),
+        "pairs": pair_rows(result.pairs),
+        "covariances": dict(result.covariances),
         "config": dict(config),
         "versions": versions(),
         "commit": commit(),
@@ -103,72 +122,3 @@ def versions() -> dict[str, str]:
         except metadata.PackageNotFoundError:
             continue
     return found
-
-
-def telling_pair(name: str, result: Result) -> Pair | None:
-    """The attempt that says most about a scan.
-
-    For a placed scan the accepted pair that it came in with, as the source or, where a strategy
-    grows a tree of scans, as the target; else the attempt that came closest to its threshold.
-    """
-    pairs = [pair for pair in result.pairs if name in (pair.source, pair.target)]
-    if name in result.poses:
-        accepted = [pair for pair in pairs if pair.verdict.reliable]
-        as_source = [pair for pair in accepted if pair.source == name]
-        last = (as_source or accepted)[-1:]
-        return last[0] if last else None
-    return min(pairs, key=_shortfall, default=None)
-
-
-def _row(name: str, result: Result, errors: PoseErrors | None) -> dict[str, object]:
-    pair = None if name == result.reference else telling_pair(name, result)
-    placed = "reference" if name == result.reference else "placed"
-    mse = pair.trimmed_mse if pair else None
-    error = errors.scans.get(name) if errors else None
-    return {
-        "name": name,
-        "status": placed if name in result.poses else "not placed",
-        "attempts": sum(other.source == name for other in result.pairs),
-        "overlap": pair.overlap if pair else None,
-        "trimmed_rmse": math.sqrt(mse) if mse is not None else None,
-        "reason": pair.verdict.reason if pair else None,
-        "errors": _error(error) if error else None,
-    }
-
-
-def _shortfall(pair: Pair) -> float:
-    verdict = pair.verdict
-    ratio = verdict.score / verdict.threshold if verdict.threshold > 0 else math.inf
-    return math.inf if math.isnan(ratio) else ratio
-
-
-def _error(error: ScanError) -> dict[str, float]:
-    return {
-        "rotation": error.rotation,
-        "angle_deg": error.angle,
-        "translation": error.translation,
-    }
-
-
-def _errors(errors: PoseErrors | None) -> dict[str, object] | None:
-    if errors is None:
-        return None
-    return {
-        "frame": errors.frame,
-        "mean": _error(errors.mean),
-        "max": _error(errors.max),
-        "scans": {name: _error(error) for name, error in errors.scans.items()},
-    }
-
-
-def _consistency(found: Consistency | None) -> dict[str, object] | None:
-    if found is None:
-        return None
-    return {
-        "median": found.median,
-        "rms": found.rms,
-        "median_resolutions": found.relative_median,
-        "rms_resolutions": found.relative_rms,
-        "points": found.points,
-        "pairs": found.pairs,
-    }

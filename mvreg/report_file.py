@@ -14,7 +14,10 @@ import numpy as np
 from mvreg.errors import InputError
 
 #: Raised when a key changes its meaning or goes away; new keys do not count.
-SCHEMA = 1
+#: 2: scans of partial models are no longer in `unregistered`, but in `components`.
+SCHEMA = 2
+#: Older reports that can still be read: what they say means the same, they only say less.
+READABLE = (1, SCHEMA)
 
 
 def dumps(report: Mapping[str, object]) -> str:
@@ -28,7 +31,7 @@ def load_report(path: Path) -> dict[str, Any]:
     Raises
     ------
     InputError
-        If there is none, or it is not a report of this schema.
+        If there is none, or it is of a schema that cannot be read.
     """
     file = path / "result.json" if path.is_dir() else path
     try:
@@ -41,8 +44,9 @@ def load_report(path: Path) -> dict[str, Any]:
     except ValueError as error:
         raise InputError(f"{file} is not JSON ({error}); was the file cut short?") from None
     schema = report.get("schema") if isinstance(report, dict) else None
-    if schema != SCHEMA:
-        raise InputError(f"{file}: expected a report with schema {SCHEMA}, found {schema!r}")
+    if schema not in READABLE:
+        known = " or ".join(map(str, READABLE))
+        raise InputError(f"{file}: expected a report with schema {known}, found {schema!r}")
     found: dict[str, Any] = report
     return found
 

@@ -31,7 +31,8 @@ class Jobs:
         answer = self.answers.get(config.seed.top_fraction, ())
         if isinstance(answer, BaseException):
             raise answer
-        return SimpleNamespace(unregistered=answer)
+        parts = ({"ear": None},) if answer == "apart" else ()
+        return SimpleNamespace(unregistered=() if parts else answer, components=parts)
 
 
 @pytest.fixture
@@ -73,6 +74,11 @@ def test_runs_within_a_second_have_folders_of_their_own(jobs):
 
 def test_scans_without_a_place_are_exit_code_3(jobs):
     jobs.answers[0.3] = ("ear.ply",)
+    assert cli.main(["dataset=tiny"]) == 3
+
+
+def test_scans_in_another_partial_model_are_exit_code_3_too(jobs):
+    jobs.answers[0.3] = "apart"
     assert cli.main(["dataset=tiny"]) == 3
 
 
@@ -182,7 +188,7 @@ def test_leaves_the_process_as_it_was(jobs):
 def test_a_warning_is_one_line(jobs, monkeypatch, capsys):
     def warn(config, folder):
         warnings.warn("the viewer is missing", RuntimeWarning, stacklevel=1)
-        return SimpleNamespace(unregistered=())
+        return SimpleNamespace(unregistered=(), components=())
 
     monkeypatch.setattr(jobs, "run_job", warn)
     with warnings.catch_warnings():

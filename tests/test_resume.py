@@ -106,8 +106,8 @@ def jobs(monkeypatch, tmp_path):
         answer = fake.answers.get(share, [])
         if isinstance(answer, BaseException):
             raise answer
-        leave(folder, report_of(composed, unregistered=answer))
-        return SimpleNamespace(unregistered=answer)
+        leave(folder, report_of(composed, unregistered=answer, components=[]))
+        return SimpleNamespace(unregistered=answer, components=())
 
     fake.run_job = run_job
     monkeypatch.setitem(sys.modules, "mvreg.job", fake)

@@ -21,11 +21,12 @@ from mvreg.types import Result
 FILES = {".hydra", "model.ply", "pairs.csv", "poses", "result.json", "run.rrd"}
 COLUMNS = [
     "source", "target", "overlap", "trimmed_mse", "threshold", "verdict", "reason", "seconds",
-    "score",
+    "score", "confidence",
 ]  # fmt: skip
 KEYS = {
     "schema", "method", "dataset", "rng", "unit", "reference", "poses", "unregistered",
-    "num_pairs", "seconds", "errors", "consistency", "config", "versions",
+    "num_pairs", "seconds", "errors", "consistency", "config", "versions", "components", "grades",
+    "links", "pairs",
 }  # fmt: skip
 
 
@@ -89,7 +90,7 @@ def test_the_report_is_complete(run):
     _, folder = run
     report = report_of(folder)
     assert set(report) >= KEYS
-    assert (report["schema"], report["method"]) == (1, "fcpma")
+    assert (report["schema"], report["method"]) == (2, "fcpma")
     assert (report["dataset"], report["unit"]) == ("Müller's scans", "file")
     assert report["errors"] is None, "there is no ground truth"
     assert report["consistency"]["rms"] > 0

@@ -11,6 +11,7 @@ from mvreg.events import (
     AdjustStarted,
     Event,
     PairStarted,
+    PosesRevised,
     ReferenceChosen,
     RunFinished,
     RunStarted,
@@ -71,6 +72,9 @@ class Console:
             case ViewPlaced():
                 self._placed.add(event.name)
                 self._show(f"placed {event.name}; in all", len(self._placed))
+            case PosesRevised():
+                self._placed = set(event.poses)
+                self._show(revised(event), len(self._placed))
             case AdjustStarted():
                 self._show("adjusting the poses of", len(event.result.poses))
             case RunFinished():
@@ -124,3 +128,12 @@ class Console:
         if self._bar is None:
             self._err.write(f"{line}\n")
             self._err.flush()
+
+
+def revised(event: PosesRevised) -> str:
+    """What the bar says of partial models: how many scans stand in others than the reference's."""
+    apart = sum(len(poses) for poses in event.components)
+    if not apart:
+        return "joined into one model:"
+    parts = len(event.components)
+    return f"{apart} scans in {parts} other part{'' if parts == 1 else 's'}, joined to the first:"

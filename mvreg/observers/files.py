@@ -10,7 +10,7 @@ from pathlib import Path, PurePath
 import numpy as np
 
 from mvreg import se3
-from mvreg.types import Array, ScanSet
+from mvreg.types import Array, Result, ScanSet
 
 
 def write_text(path: Path, text: str) -> None:
@@ -38,6 +38,27 @@ def pose_files(names: Iterable[str]) -> dict[str, str]:
     return files
 
 
+def write_result(folder: Path, scanset: ScanSet, result: Result) -> None:
+    """The poses and the model of the reference's partial model, and those of every other.
+
+    ``poses`` and ``model.ply`` are the reference's; ``poses/component_2`` and ``model_2.ply``, and
+    so on, the others', each in a frame of its own. What an earlier run left of such goes.
+    """
+    for model in folder.glob("model_*.ply"):
+        if re.fullmatch(r"model_\d+\.ply", model.name):
+            model.unlink()
+    for left in (folder / "poses").glob("component_*"):
+        if left.is_dir():
+            write_poses(left, scanset, {})
+            if not any(left.iterdir()):
+                left.rmdir()
+    write_poses(folder / "poses", scanset, result.poses)
+    write_model(folder / "model.ply", scanset, result.poses)
+    for number, poses in enumerate(result.components, start=2):
+        write_poses(folder / "poses" / f"component_{number}", scanset, poses)
+        write_model(folder / f"model_{number}.ply", scanset, poses)
+
+
 def write_poses(folder: Path, scanset: ScanSet, poses: Mapping[str, Array]) -> None:
     """A 4x4 text file per placed scan, exact to the last bit; none for a scan without a pose."""
     folder.mkdir(exist_ok=True)
@@ -49,7 +70,7 @@ def write_poses(folder: Path, scanset: ScanSet, poses: Mapping[str, Array]) -> N
 
 
 def write_model(path: Path, scanset: ScanSet, poses: Mapping[str, Array]) -> None:
-    """All points of the placed scans in the model frame."""
+    """All points of the placed scans in their model's frame."""
     from mvreg.io import write_ply
 
     placed = [scan for scan in scanset.scans if scan.name in poses]

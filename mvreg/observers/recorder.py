@@ -1,4 +1,4 @@
-"""Writes the run folder: ``pairs.csv`` as it goes; ``result.json``, poses and model at the end."""
+"""Writes the run folder: ``pairs.csv`` as it goes; ``result.json``, poses and models at the end."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from mvreg.errors import InputError
 from mvreg.events import (
     Event,
     PairRegistered,
+    PosesRevised,
     ReferenceChosen,
     RunFinished,
     RunStarted,
@@ -22,13 +23,13 @@ from mvreg.events import (
     ViewPrepared,
 )
 from mvreg.hookspecs import hookimpl
-from mvreg.observers.files import link_latest, write_model, write_poses, write_text
+from mvreg.observers.files import link_latest, write_result, write_text
 from mvreg.report import build_report, pair_seconds
 from mvreg.types import Array, Pair, Result, ScanSet, View
 
 COLUMNS = (
     "source", "target", "overlap", "trimmed_mse", "threshold", "verdict", "reason", "seconds",
-    "score",
+    "score", "confidence",
 )  # fmt: skip
 
 
@@ -52,6 +53,7 @@ class Recorder:
         self._views: list[View] = []
         self._reference: str | None = None
         self._poses: dict[str, Array] = {}
+        self._components: tuple[Mapping[str, Array], ...] = ()
         self._pairs: list[Pair] = []
         self._augmenting = 0.0
 
@@ -69,8 +71,12 @@ class Recorder:
             case PairRegistered():
                 self._pairs.append(event.pair)
                 self._append(pair_row(event.pair))
+            case PosesRevised():
+                self._reference = event.reference
+                self._poses, self._components = dict(event.poses), event.components
             case ViewPlaced():
                 self._poses[event.name] = event.T_model_scan
+                self._components = without(event.name, self._components)
                 self._augmenting += event.seconds
             case RunFinished():
                 self._finish(event.scanset, event.result, event.report)
@@ -88,8 +94,11 @@ class Recorder:
             self.close()
             return None
         scanset = self._run.scanset
-        missing = tuple(scan.name for scan in scanset.scans if scan.name not in self._poses)
-        result = Result(self._reference, self._poses, missing, tuple(self._pairs))
+        placed = self._poses.keys() | {name for poses in self._components for name in poses}
+        missing = tuple(scan.name for scan in scanset.scans if scan.name not in placed)
+        result = Result(
+            self._reference, self._poses, missing, tuple(self._pairs), components=self._components
+        )
         report = build_report(
             scanset,
             self._views,
@@ -134,8 +143,7 @@ class Recorder:
 
     def _finish(self, scanset: ScanSet, result: Result, report: Mapping[str, object]) -> Path:
         self.close()
-        write_poses(self.folder / "poses", scanset, result.poses)
-        write_model(self.folder / "model.ply", scanset, result.poses)
+        write_result(self.folder, scanset, result)
         # Last, so that whoever sees it finds the rest complete.
         file = self.folder / "result.json"
         write_text(file, report_file.dumps(report))
@@ -143,6 +151,14 @@ class Recorder:
         if self.link:
             link_latest(self.folder)
         return file
+
+
+def without(
+    name: str, components: Iterable[Mapping[str, Array]]
+) -> tuple[Mapping[str, Array], ...]:
+    """The partial models without a scan that has come into the reference's."""
+    left = ({other: pose for other, pose in poses.items() if other != name} for poses in components)
+    return tuple(poses for poses in left if poses)
 
 
 def pair_row(pair: Pair) -> tuple[object, ...]:
@@ -158,6 +174,7 @@ def pair_row(pair: Pair) -> tuple[object, ...]:
         pair.verdict.reason,
         f"{sum(pair.seconds.values()):.6f}",
         _number(pair.verdict.score if found else None),
+        _number(pair.verdict.confidence),
     )
 
 
