@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mvreg.nearest import build_tree
+from mvreg.sensor_estimate import estimated_direction as estimated_direction
 from mvreg.types import Array, Model, View
 
 if TYPE_CHECKING:
@@ -25,27 +26,6 @@ class Sensor(Enum):
 
     known = "known"
     estimated = "estimated"
-
-
-def estimated_direction(view: View) -> Array | None:
-    """A unit vector (3,) that points from the surface towards the sensor, more or less.
-
-    What one sensor saw faces it: the normals gather about its direction, and the surface bulges
-    towards it. On all forty Bunny, Dragon and Buddha scans the side is right, and the direction
-    off by 5 to 35 degrees.
-
-    Returns
-    -------
-    (3,) array or None
-        None where the normals have no mean, as those of a whole sphere.
-    """
-    normals = view.normals
-    axis = np.linalg.eigh(normals.T @ normals)[1][:, -1]
-    normals = np.where(normals @ axis[:, None] < 0, -normals, normals)
-    bulge = ((view.points - view.points.mean(axis=0)) * normals).sum()
-    mean: Array = (normals if bulge >= 0 else -normals).mean(axis=0)
-    length = float(np.linalg.norm(mean))
-    return mean / length if length > 1e-6 else None
 
 
 @dataclass(frozen=True, eq=False)
