@@ -10,6 +10,7 @@ from mvreg.types import (
     Array,
     Candidates,
     Features,
+    Link,
     Matches,
     Model,
     Pair,
@@ -127,3 +128,51 @@ def run(folder: Path | None = None, truth: bool = True, unit: str = "mm") -> lis
         events.AdjustStarted(result),
         events.RunFinished(data, result, report),
     ]
+
+
+def apart(truth: bool = True) -> list[events.Event]:
+    """Six scans: two in the reference's model, two in another, one ambiguous, one left over.
+
+    They are plates that lie on each other, which any pose along the plate would do for.
+    """
+    names = ("a.ply", "b.ply", "d.ply", "e.ply", "s.ply", "x.ply")
+    shifts = {"b.ply": 2.0, "e.ply": 3.0}
+    scans = tuple(Scan(name, plate(shifts.get(name, 0.0))) for name in names)
+    poses = {
+        name: se3.from_parts(np.eye(3), np.array([shifts.get(name, 0.0), 0, 0])) for name in names
+    }
+    # The truth has the second pair elsewhere, and e half a unit off.
+    known = {**poses, "e.ply": se3.from_parts(np.eye(3), np.array([3.5, 0, 0]))}
+    data = ScanSet("plates", scans, "mm", known if truth else None)
+    views = [view_of(scan) for scan in scans]
+    first = {name: poses[name] for name in names[:2]}
+    second = {name: poses[name] for name in names[2:4]}
+    pairs = (
+        attempt("b.ply", "a.ply", True, "surfaces agree", 0.98),
+        attempt("e.ply", "d.ply", True, "surfaces agree", 0.97),
+        attempt("e.ply", "a.ply", False, "too little overlap", 0.4),
+        attempt("s.ply", "a.ply", False, "ambiguous: another pose is as probable", 0.8),
+        attempt("x.ply", "d.ply", True, "surfaces agree", 0.91),
+    )
+    links = (Link("a.ply", "b.ply", 300, 0.3), Link("b.ply", "a.ply", 100, 0.1))
+    result = Result(
+        "a.ply", first, ("s.ply", "x.ply"), pairs, components=(second,), links=links,
+        covariances={"b.ply": np.diag([1e-6, 0, 0, 0.01, 0, 0])},
+    )  # fmt: skip
+    about = {"method": "auto", "rng": 3, "seconds": {"load": 0.5, "total": 1.5}, "config": {}}
+    return [
+        events.RunStarted(data, "auto"),
+        *(events.ViewPrepared(view, k, len(views)) for k, view in enumerate(views)),
+        events.ReferenceChosen(Model.of(views[2])),
+        events.PosesRevised("d.ply", second, ()),
+        events.PosesRevised("a.ply", first, (second,)),
+        events.AdjustStarted(result),
+        events.RunFinished(data, result, build_report(data, views, result, **about)),
+    ]
+
+
+def attempt(source: str, target: str, reliable: bool, reason: str, confidence: float) -> Pair:
+    """A pair as a judge that knows a confidence leaves it."""
+    evidence = {"overlap": 1 / 3, "residual": 2.0}
+    verdict = Verdict(reliable, 1 - confidence, 0.1, reason, confidence, evidence)
+    return Pair(source, target, verdict, np.eye(4), 0.5, 0.25, {"judge": 0.5})

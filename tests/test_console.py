@@ -1,10 +1,11 @@
 import io
 import json
+import re
 import subprocess
 import sys
 
 import pytest
-from observed import run
+from observed import apart, run
 
 from mvreg.observers.console import Console, render
 
@@ -29,8 +30,13 @@ def line(text: str, name: str) -> str:
 
 def test_table_says_what_happened_to_each_scan():
     out, _ = show(run())
-    assert line(out, "a.ply").split()[1:] == ["reference", "-", "-", "0.000", "0.000"]
-    assert line(out, "b.ply").split()[1:4] == ["placed", "0.80", "0.500"]
+    grade, confidence, overlap, within, balance, rms = line(out, "b.ply").split()[2:8]
+    assert line(out, "a.ply").split()[1] == "reference"
+    assert line(out, "b.ply").split()[1] == "placed"
+    assert line(out, "a.ply").split()[-2:] == line(out, "b.ply").split()[-2:] == ["0.000", "0.000"]
+    # Two plates on each other, that could slide.
+    assert (grade, overlap, within, balance) == ("RED", "1.00", "1.00", "0.00")
+    assert 0 <= float(confidence.lstrip(">")) < 1 and float(rms) < 0.05
     assert "NOT PLACED" in line(out, "c.ply")
     assert "placed 2 of 3 scans with 3 pairs in 1.50 s (loading 0.50 s)" in out
     assert "c.ply was not placed: 2 attempts; the closest: trimmed MSE above Eq. (7)" in out
@@ -45,8 +51,10 @@ def test_without_truth_there_is_no_word_of_errors():
 
 
 def test_the_unit_is_named():
-    assert "trimmed RMSE (mm)" in show(run())[0]
-    assert "trimmed RMSE (file units)" in show(run(unit="file"))[0]
+    millimetres, unknown = (show(run(unit=unit))[0].splitlines() for unit in ("mm", "file"))
+    assert millimetres[1].split()[-3:] == ["(mm)", "(deg)", "(mm)"]
+    assert unknown[1].split()[-3:] == ["(file", "error", "(file"]
+    assert unknown[2].split()[-3:] == ["units)", "(deg)", "units)"]
 
 
 def test_says_where_the_run_is_and_how_to_look_at_it(tmp_path):
@@ -139,7 +147,10 @@ def test_errors_in_another_frame_say_which():
     assert "in the frame of b.ply" in out.getvalue()
 
 
-@pytest.mark.parametrize("key", ["seconds", "errors", "consistency", "scans", "poses", "unit"])
+@pytest.mark.parametrize(
+    "key",
+    ["seconds", "errors", "consistency", "scans", "poses", "unit", "components", "grades", "links"],
+)
 def test_a_report_with_gaps_is_still_shown(key):
     out = io.StringIO()
     render({k: v for k, v in run()[-1].report.items() if k != key}, file=out)
@@ -153,3 +164,87 @@ def test_observers_wait_with_what_is_slow_to_import():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.stderr.strip() == ""
+
+
+def test_partial_models_have_tables_of_their_own_below_the_first():
+    out, _ = show(apart())
+    lines = out.splitlines()
+    heading = lines.index("component 2: 2 scans, in the frame of d.ply")
+    rows = {name: out.index(f"\n{name}") for name in ("b.ply", "s.ply", "d.ply", "e.ply")}
+    place = out.index(lines[heading])
+    assert rows["b.ply"] < rows["s.ply"] < place < rows["d.ply"] < rows["e.ply"]
+    assert line(out, "s.ply").split()[1] == "AMBIGUOUS"
+    assert line(out, "e.ply").split()[1] == "apart"
+    assert line(out, "e.ply").split()[-1] == "0.500"
+    first, second = (row for row in lines if row.startswith("scan "))
+    assert first.index("overlap") == second.index("overlap")
+    assert "placed 2 of 6 scans (2 more in 1 other component) with 5 pairs" in out
+    assert "component 2: e_R 0.0000 (max 0.0000), e_t 0.250 mm (max 0.500 mm)\n" in out
+    assert "component 2 was not joined to the first: 2 attempts; the closest: too little" in out
+    assert "s.ply was not placed: 1 attempt; the closest: ambiguous: another pose" in out
+    assert "x.ply was not placed: 1 attempt; the closest: accepted at first, and taken" in out
+
+
+def test_colours_are_explained_and_words_stand_for_them():
+    out, _ = show(apart())
+    assert "green: confidence 0.95, overlap 0.34, within 0.80, balance 0.10 or more" in out
+    assert "RED: confidence below 0.50" in out
+    assert "share of these up to 0.500 mm off" in out
+    assert "b.ply is RED: ambiguous" in out
+
+
+def coloured(grade: str, confidence: float) -> str:
+    """The row of a scan of that grade, as a terminal gets it."""
+    report = json.loads(json.dumps(run()[-1].report))
+    report["scans"][1]["assessment"] |= {"grade": grade, "confidence": confidence}
+    out = Terminal()
+    render(report, file=out)
+    return next(row for row in out.getvalue().splitlines() if "b.ply" in row)
+
+
+def test_grades_are_coloured(monkeypatch):
+    monkeypatch.setenv("TERM", "xterm-256color")
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    shown = {grade: coloured(grade, 0.9987) for grade in ("green", "amber", "red")}
+    colours = {grade: re.findall(r"\x1b\[([\d;]+)m *(green|amber|RED)", row)
+               for grade, row in shown.items()}  # fmt: skip
+    assert colours == {
+        "green": [("32", "green")], "amber": [("33", "amber")], "red": [("1;31", "RED")],
+    }  # fmt: skip
+    assert ">0.99" in shown["green"], "no confidence is told as certainty"
+    assert "0.98" in coloured("green", 0.98)
+
+
+@pytest.mark.parametrize("events", [run, apart])
+def test_the_table_fits_in_100_columns(events):
+    out, _ = show(events())
+    report = json.dumps(events()[-1].report).replace("b.ply", "dragonStandRight_120.ply")
+    long = io.StringIO()
+    render(json.loads(report), file=long)
+    for text in (out, long.getvalue()):
+        table, _, _ = text.partition("\nplaced ")
+        assert max(map(len, table.splitlines())) <= 100
+
+
+def test_a_report_from_before_scans_were_assessed_is_shown():
+    report = json.loads(json.dumps(run()[-1].report))
+    for row in report["scans"]:
+        del row["assessment"], row["component"]
+    del report["grades"], report["components"], report["links"]
+    out = io.StringIO()
+    render(report, file=out)
+    assert line(out.getvalue(), "a.ply").split()[1:] == ["reference", "-", "-", "0.000", "0.000"]
+    assert line(out.getvalue(), "b.ply").split()[1:4] == ["placed", "0.80", "0.500"]
+    assert "RED" not in out.getvalue()
+
+
+def test_the_bar_follows_poses_that_are_revised(monkeypatch):
+    monkeypatch.setenv("TERM", "xterm-256color")
+    shown = []
+    monkeypatch.setattr(
+        "rich.progress.Progress.update",
+        lambda self, task, description, completed: shown.append((description, completed)),
+    )
+    show(apart(), Terminal(), Terminal())
+    assert ("joined into one model:", 2) in shown
+    assert ("2 scans in 1 other part, joined to the first:", 2) in shown

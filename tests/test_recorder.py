@@ -1,11 +1,12 @@
 import csv
 import io
 import json
+from dataclasses import replace
 
 import numpy as np
 import pluggy
 import pytest
-from observed import run
+from observed import apart, run
 
 from mvreg import events, hookspecs
 from mvreg.errors import InputError
@@ -14,6 +15,7 @@ from mvreg.observers.console import Console
 from mvreg.observers.files import link_latest, pose_files
 from mvreg.observers.recorder import Recorder
 from mvreg.observers.rerun import RerunObserver
+from mvreg.types import Candidates, Matches
 
 
 def record(folder, happened, **options) -> Recorder:
@@ -190,3 +192,85 @@ def test_observers_are_hooks(tmp_path):
     assert "placed 2 of 3" in out.getvalue()
     assert (tmp_path / "now" / "result.json").exists()
     assert (tmp_path / "now" / "run.rrd").stat().st_size > 10_000
+
+
+def files(folder) -> list[str]:
+    return sorted(p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file())
+
+
+def test_every_partial_model_has_poses_and_a_model_of_its_own(tmp_path):
+    happened = apart()
+    record(tmp_path / "now", happened)
+    assert files(tmp_path / "now") == [
+        "model.ply", "model_2.ply", "pairs.csv", "poses/a.txt", "poses/b.txt",
+        "poses/component_2/d.txt", "poses/component_2/e.txt", "result.json",
+    ]  # fmt: skip
+    pose = np.loadtxt(tmp_path / "now/poses/component_2/e.txt")
+    assert (pose == happened[-1].result.components[0]["e.ply"]).all()
+    scans = {scan.name: scan.points for scan in happened[0].scanset.scans}
+    expected = np.concatenate([scans["d.ply"], scans["e.ply"] + np.array([3.0, 0, 0])])
+    np.testing.assert_allclose(read_points(tmp_path / "now/model_2.ply"), expected, atol=1e-5)
+
+
+def joined() -> list:
+    """The same run if it ends with one model."""
+    start, *_, end = apart()
+    return [start, replace(end, result=replace(end.result, components=()))]
+
+
+def test_partial_models_of_an_earlier_run_go(tmp_path):
+    record(tmp_path / "now", apart())
+    (tmp_path / "now/poses/component_2/mine.txt").write_text("not ours")
+    (tmp_path / "now/model_mine.ply").write_text("not ours")
+    record(tmp_path / "now", joined())
+    left = files(tmp_path / "now")
+    assert "model_2.ply" not in left and "poses/component_2/e.txt" not in left
+    assert "poses/component_2/mine.txt" in left and "model_mine.ply" in left
+    (tmp_path / "now/poses/component_2/mine.txt").unlink()
+    record(tmp_path / "now", apart())
+    record(tmp_path / "now", joined())
+    assert not (tmp_path / "now/poses/component_2").exists()
+
+
+def test_what_is_revised_replaces_what_was_told_before(tmp_path):
+    happened = apart()
+    last = max(k for k, e in enumerate(happened) if isinstance(e, events.PosesRevised))
+    recorder = record(tmp_path / "now", happened[: last + 1])
+    report = json.loads(recorder.finish_interrupted(rng=3, config={}).read_text())
+    assert (report["status"], report["reference"]) == ("interrupted", "a.ply")
+    assert set(report["poses"]) == {"a.ply", "b.ply"}
+    assert [set(part["poses"]) for part in report["components"]] == [{"d.ply", "e.ply"}]
+    assert report["unregistered"] == ["s.ply", "x.ply"]
+    earlier = record(tmp_path / "then", happened[:last])
+    report = json.loads(earlier.finish_interrupted(rng=3, config={}).read_text())
+    assert report["reference"] == "d.ply"
+    assert report["components"] == []
+    assert report["unregistered"] == ["a.ply", "b.ply", "s.ply", "x.ply"]
+
+
+def test_a_scan_that_is_placed_leaves_its_partial_model(tmp_path):
+    happened = apart()
+    last = max(k for k, e in enumerate(happened) if isinstance(e, events.PosesRevised))
+    placed = events.ViewPlaced("e.ply", np.eye(4))
+    recorder = record(tmp_path / "now", [*happened[: last + 1], placed])
+    report = json.loads(recorder.finish_interrupted(rng=3, config={}).read_text())
+    assert set(report["poses"]) == {"a.ply", "b.ply", "e.ply"}
+    assert [set(part["poses"]) for part in report["components"]] == [{"d.ply"}]
+
+
+def test_the_confidence_comes_last(tmp_path):
+    happened = apart()
+    views = {e.view.name: e.view for e in happened if isinstance(e, events.ViewPrepared)}
+    registered = [
+        events.PairRegistered(
+            views[p.source], views[p.target], Matches.none(), Candidates.none(), None, p
+        )
+        for p in happened[-1].result.pairs
+    ]  # fmt: skip
+    record(tmp_path / "now", [happened[0], *registered]).close()
+    assert list(rows(tmp_path / "now")[0])[-2:] == ["score", "confidence"]
+    assert [float(row["confidence"]) for row in rows(tmp_path / "now")] == [
+        0.98, 0.97, 0.4, 0.8, 0.91,
+    ]  # fmt: skip
+    record(tmp_path / "then", run())
+    assert [row["confidence"] for row in rows(tmp_path / "then")] == ["", "", ""]

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from observed import run, scanset, view_of
+from observed import apart, run, scanset, view_of
 
 from mvreg.errors import InputError
 from mvreg.provenance import commit, git
@@ -137,3 +137,110 @@ def test_the_size_of_the_model_is_kept():
 
 def test_versions_name_what_can_change_the_answer():
     assert {"python", "mvreg", "numpy", "scipy"} <= set(versions())
+
+
+def parts(truth: bool = True) -> dict:
+    """The report of a run that ends in two partial models."""
+    return apart(truth)[-1].report
+
+
+def test_partial_models_have_poses_of_their_own():
+    found = parts()
+    assert found["status"] == "incomplete"
+    assert set(found["poses"]) == {"a.ply", "b.ply"}
+    assert found["unregistered"] == ["s.ply", "x.ply"]
+    (second,) = found["components"]
+    assert (second["number"], second["reference"]) == (2, "d.ply")
+    assert second["poses"]["d.ply"] == np.eye(4).tolist()
+    assert second["poses"]["e.ply"][0][3] == 3
+    assert second["consistency"]["rms"] < 0.01
+    # Of the three attempts across its border two were rejected, this one more narrowly.
+    assert (second["attempts"], second["reason"]) == (2, "too little overlap")
+
+
+def test_everything_placed_in_two_models_is_not_complete():
+    data = scanset()
+    poses = {scan.name: np.eye(4) for scan in data.scans}
+    left = {"a.ply": poses.pop("a.ply")}
+    result = Result("b.ply", poses, (), (), components=(left,))
+    about = {"method": "m", "rng": None, "seconds": {}, "config": {}}
+    views = [view_of(scan) for scan in data.scans]
+    assert build_report(data, views, result, **about)["status"] == "incomplete"
+
+
+def test_a_wrong_pose_within_a_partial_model_shows():
+    found = parts()
+    errors = found["components"][0]["errors"]
+    assert errors["frame"] == "d.ply"
+    assert errors["max"]["translation"] == pytest.approx(0.5)
+    assert errors["mean"]["translation"] == pytest.approx(0.25)
+    rows = {row["name"]: row for row in found["scans"]}
+    assert rows["e.ply"]["errors"]["translation"] == pytest.approx(0.5)
+    assert found["errors"]["max"]["translation"] == 0, "the reference's is told by itself"
+    assert parts(truth=False)["components"][0]["errors"] is None
+
+
+def test_rows_say_where_each_scan_stands():
+    rows = {row["name"][0]: row for row in parts()["scans"]}
+    assert {name: row["status"] for name, row in rows.items()} == {
+        "a": "reference", "b": "placed", "d": "component 2", "e": "component 2",
+        "s": "ambiguous", "x": "not placed",
+    }  # fmt: skip
+    assert [row["component"] for row in rows.values()] == [1, 1, 2, 2, None, None]
+    assert rows["s"]["reason"] == "ambiguous: another pose is as probable"
+    assert rows["x"]["reason"] == "accepted at first, and taken back"
+    assert rows["e"]["reason"] == "surfaces agree", "not the attempt to leave its partial model"
+    assert rows["d"]["reason"] is None
+    assert rows["x"]["assessment"] is None
+
+
+def test_rows_say_how_far_a_pose_is_to_be_trusted():
+    found = parts()
+    rows = {row["name"][0]: row["assessment"] for row in found["scans"]}
+    assert found["grades"]["tolerance"] == found["grades"]["tolerance_resolutions"] == 0.5
+    for name in "abde":
+        assert 0 <= rows[name]["confidence"] <= 1
+        assert rows[name]["overlap"] > 0.9
+        assert rows[name]["within"] == 1.0
+        assert rows[name]["grade"] == "red", "plates may slide"
+        assert rows[name]["reason"].startswith("ambiguous")
+        assert rows[name]["balance"] == pytest.approx([0, 0, 1], abs=1e-6)
+    assert rows["b"]["uncertainty"]["angle_deg"] == pytest.approx(math.degrees(1e-3))
+    assert rows["b"]["uncertainty"]["translation"] > 0.1
+    assert rows["a"]["uncertainty"] is None
+    assert found["covariances"]["b.ply"][3][3] == 0.01
+
+
+def test_links_and_pairs_have_their_confidence():
+    found = parts()
+    first, second = found["links"]
+    assert ({first["source"], first["target"]}, first["component"]) == ({"a.ply", "b.ply"}, 1)
+    assert ({second["source"], second["target"]}, second["component"]) == ({"d.ply", "e.ply"}, 2)
+    assert 0 <= first["confidence"] <= 1
+    assert first["rms"] == first["rms_resolutions"] < 0.05
+    assert first["adjusted_points"] == 400
+    assert first["adjusted_rms"] == pytest.approx(math.sqrt((300 * 0.09 + 100 * 0.01) / 400))
+    assert second["adjusted_rms"] is None
+    assert [pair["confidence"] for pair in found["pairs"]] == [0.98, 0.97, 0.4, 0.8, 0.91]
+    assert found["pairs"][2] == {
+        "source": "e.ply", "target": "a.ply", "verdict": "rejected",
+        "reason": "too little overlap", "confidence": 0.4,
+        "evidence": {"overlap": 0.333333, "residual": 2.0},
+    }  # fmt: skip
+    assert [pair["confidence"] for pair in report()["pairs"]] == [None] * 3
+
+
+def test_a_report_of_the_former_schema_is_read(tmp_path):
+    new = {"components", "grades", "links", "pairs", "covariances"}
+    old = {key: value for key, value in report().items() if key not in new}
+    (tmp_path / "result.json").write_text(dumps({**old, "schema": 1}))
+    assert load_report(tmp_path)["schema"] == 1
+
+
+def test_what_was_accepted_elsewhere_is_not_how_a_scan_came_in():
+    inside = Pair("b", "a", Verdict(True, 1.0, 2.0, "inside"), np.eye(4), 0.6, 0.01)
+    across = Pair("b", "c", Verdict(True, 0.1, 2.0, "across"), np.eye(4), 0.6, 0.01)
+    poses = {"a": np.eye(4), "b": np.eye(4)}
+    result = Result("a", poses, (), (inside, across), components=({"c": np.eye(4)},))
+    assert telling_pair("b", result) is inside
+    assert telling_pair("c", result) is None

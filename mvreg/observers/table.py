@@ -2,26 +2,32 @@
 
 from __future__ import annotations
 
-import shlex
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
+
+from mvreg.observers import wording
+from mvreg.observers.totals import totals
 
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
+Row = Mapping[str, Any]
 #: Where there is no terminal nothing needs to be squeezed.
 FILE_WIDTH = 200
-STYLES = {"reference": "cyan", "placed": "green", "not placed": "bold red"}
+STYLES = {
+    "reference": "cyan", "placed": "green", "apart": "yellow",
+    "not placed": "bold red", "ambiguous": "bold red",
+}  # fmt: skip
 
 
 def render(
     report: Mapping[str, Any], folder: Path | None = None, file: TextIO | None = None
 ) -> None:
-    """Print a report: a row per scan, then the totals.
+    """Print a report: a row per scan, a table per partial model, then the totals.
 
     Parameters
     ----------
@@ -33,7 +39,13 @@ def render(
         Standard output if not given. Control characters are written to a terminal only.
     """
     console = open_console(file or sys.stdout)
-    console.print(scan_table(report))
+    apart = [int(part["number"]) for part in report.get("components") or []]
+    rows = report.get("scans", [])
+    console.print(scan_table(report, [row for row in rows if row.get("component") not in apart]))
+    for part in report.get("components") or []:
+        chosen = [row for row in rows if row.get("component") == part["number"]]
+        console.print(_heading(part, chosen))
+        console.print(scan_table(report, chosen))
     for line in totals(report, folder):
         console.print(line, soft_wrap=True)
 
@@ -53,117 +65,87 @@ def open_console(file: TextIO) -> Console:
     )
 
 
-def scan_table(report: Mapping[str, Any]) -> Table:
-    """A row per scan: status, overlap, trimmed RMSE, and errors where there is a truth."""
+def scan_table(report: Mapping[str, Any], rows: Sequence[Row]) -> Table:
+    """A row per scan: status, what the scans say of its pose, errors where there is a truth.
+
+    It is at most 100 columns wide for names of up to 24 characters.
+    """
     from rich import box
     from rich.table import Table
 
-    unit = _unit(report)
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column("scan", overflow="fold")
-    table.add_column("status")
-    headings = ["overlap", f"trimmed RMSE ({unit})"]
-    if report.get("errors"):
-        headings += ["rotation error (deg)", f"translation error ({unit})"]
-    for heading in headings:
-        table.add_column(heading, justify="right")
-    for row in report.get("scans", []):
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
+    # As wide in all the tables of a report, so that their columns stand below each other.
+    names = max((len(str(row.get("name"))) for row in report.get("scans", [])), default=0)
+    table.add_column("scan", overflow="fold", min_width=min(names, 24))
+    table.add_column("status", min_width=10)
+    for heading in _headings(report):
+        # Room for 99.999, in all the tables alike.
+        width = 6 if "\n" in heading else None
+        table.add_column(heading, justify="right", vertical="bottom", min_width=width)
+    for row in rows:
         table.add_row(*_cells(row, report))
     return table
 
 
-def totals(report: Mapping[str, Any], folder: Path | None = None) -> list[str | Text]:
-    """The lines below the table."""
+def _heading(part: Row, rows: Sequence[Row]) -> Text:
     from rich.text import Text
 
-    scans = report.get("scans", [])
-    seconds = report.get("seconds") or {}
-    placed, pairs = len(report.get("poses", {})), report.get("num_pairs", 0)
-    lines: list[str | Text] = [
-        f"placed {placed} of {len(scans)} scans with {pairs} pairs in "
-        f"{_number(seconds.get('total'), '.2f')} s "
-        f"(loading {_number(seconds.get('load'), '.2f')} s)"
-    ]
-    if report.get("status") == "interrupted":
-        lines.insert(0, Text("interrupted: this is what was finished", style="bold red"))
-    lines += _error_lines(report) + _consistency_lines(report)
-    for row in scans:
-        if row.get("status") == "not placed":
-            lines.append(Text(_why_not(row), style="red"))
-    return lines + (_folder_lines(folder) if folder else [])
+    scans = wording.count(len(rows), "scan")
+    text = f"\ncomponent {part['number']}: {scans}, in the frame of {part.get('reference')}\n"
+    return Text(text, style="bold")
 
 
-def _cells(row: Mapping[str, Any], report: Mapping[str, Any]) -> list[str | Text]:
+def _headings(report: Mapping[str, Any]) -> list[str]:
+    unit = wording.unit(report).replace(" ", "\n")
+    if _assessed(report):
+        headings = ["grade", "conf.", "overlap", "within", "balance", f"RMS\n({unit})"]
+    else:
+        headings = ["overlap", f"trimmed\nRMSE\n({unit})"]
+    if _has_errors(report):
+        headings += ["error\n(deg)", f"error\n({unit})"]
+    return headings
+
+
+def _assessed(report: Mapping[str, Any]) -> bool:
+    """False for a report from before scans were assessed."""
+    return any(row.get("assessment") for row in report.get("scans", []))
+
+
+def _has_errors(report: Mapping[str, Any]) -> bool:
+    parts = [report, *(report.get("components") or [])]
+    return any(part.get("errors") for part in parts)
+
+
+def _cells(row: Row, report: Mapping[str, Any]) -> list[str | Text]:
     from rich.text import Text
 
     status = row.get("status", "?")
+    if status.startswith("component"):
+        status = "apart"  # the heading has the number
     # In capitals, so that it stands out without colours too.
-    shown = "NOT PLACED" if status == "not placed" else status
-    cells: list[str | Text] = [
-        str(row.get("name")),
-        Text(shown, style=STYLES.get(status, "")),
-        _number(row.get("overlap"), ".2f"),
-        _length(row.get("trimmed_rmse"), report),
-    ]
-    if report.get("errors"):
+    shown = status.upper() if status in ("not placed", "ambiguous") else status
+    cells: list[str | Text] = [str(row.get("name")), Text(shown, style=STYLES.get(status, ""))]
+    if _assessed(report):
+        cells += _assessment_cells(row.get("assessment") or {}, report)
+    else:
+        cells += [wording.number(row.get("overlap"), ".2f")]
+        cells += [wording.length(row.get("trimmed_rmse"), report)]
+    if _has_errors(report):
         errors = row.get("errors") or {}
-        cells.append(_number(errors.get("angle_deg"), ".3f"))
-        cells.append(_length(errors.get("translation"), report))
+        cells.append(wording.number(errors.get("angle_deg"), ".3f"))
+        cells.append(wording.length(errors.get("translation"), report))
     return cells
 
 
-def _error_lines(report: Mapping[str, Any]) -> list[str | Text]:
-    errors = report.get("errors")
-    if not errors:
-        return []
-    mean, most, unit = errors["mean"], errors["max"], _unit(report)
-    line = (
-        f"e_R {_number(mean['rotation'], '.4f')} (max {_number(most['rotation'], '.4f')}), "
-        f"e_t {_length(mean['translation'], report)} {unit} "
-        f"(max {_length(most['translation'], report)} {unit})"
-    )
-    if errors.get("frame") != report.get("reference"):
-        line += f", in the frame of {errors.get('frame')}: the reference has no ground truth"
-    return [line]
+def _assessment_cells(found: Row, report: Mapping[str, Any]) -> list[str | Text]:
+    from rich.text import Text
 
-
-def _consistency_lines(report: Mapping[str, Any]) -> list[str | Text]:
-    found = report.get("consistency")
-    if not found:
-        return []
+    word, style = wording.GRADES.get(str(found.get("grade")), ("-", ""))
     return [
-        f"consistency: point-to-plane median {_length(found['median'], report)}, "
-        f"RMS {_length(found['rms'], report)} {_unit(report)} "
-        f"({_number(found['median_resolutions'], '.3f')} and "
-        f"{_number(found['rms_resolutions'], '.3f')} resolutions)"
+        Text(word, style=style),
+        wording.confidence(found.get("confidence")),
+        wording.number(found.get("overlap"), ".2f"),
+        wording.number(found.get("within"), ".2f"),
+        wording.number(min(found.get("balance") or [None]), ".2f"),
+        wording.length(found.get("rms"), report),
     ]
-
-
-def _why_not(row: Mapping[str, Any]) -> str:
-    attempts = row.get("attempts", 0)
-    tried = f"{attempts} attempt{'' if attempts == 1 else 's'}"
-    reason = f"; the closest: {row['reason']}" if row.get("reason") else ""
-    return f"{row.get('name')} was not placed: {tried}{reason}"
-
-
-def _folder_lines(folder: Path) -> list[str | Text]:
-    here = Path.cwd()
-    shown = folder.relative_to(here) if folder.is_relative_to(here) else folder
-    lines: list[str | Text] = [f"written to {shown}"]
-    if (folder / "run.rrd").exists():
-        lines.append(f"see it with: rerun {shlex.quote(str(shown / 'run.rrd'))}")
-    return lines
-
-
-def _unit(report: Mapping[str, Any]) -> str:
-    unit = report.get("unit") or "file"
-    return "file units" if unit == "file" else str(unit)
-
-
-def _length(value: float | None, report: Mapping[str, Any]) -> str:
-    """Thousandths of a millimetre; where the unit is unknown so is the size, and digits count."""
-    return _number(value, ".3f" if report.get("unit") == "mm" else ".4g")
-
-
-def _number(value: float | None, form: str) -> str:
-    return "-" if value is None else format(value, form)

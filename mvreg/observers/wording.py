@@ -1,0 +1,37 @@
+"""Numbers, lengths and grades as a person reads them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+#: A grade's word, in capitals where it must stand out without colours, and its colour.
+GRADES = {"green": ("green", "green"), "amber": ("amber", "yellow"), "red": ("RED", "bold red")}
+#: A confidence that would be rounded to 1 is not told as certainty.
+NEARLY_SURE = 0.995
+
+
+def number(value: float | None, form: str) -> str:
+    """A number, or a dash where there is none."""
+    return "-" if value is None else format(value, form)
+
+
+def length(value: float | None, report: Mapping[str, Any]) -> str:
+    """Thousandths of a millimetre; where the unit is unknown so is the size, and digits count."""
+    return number(value, ".3f" if report.get("unit") == "mm" else ".4g")
+
+
+def unit(report: Mapping[str, Any]) -> str:
+    """The unit of length by name."""
+    name = report.get("unit") or "file"
+    return "file units" if name == "file" else str(name)
+
+
+def confidence(value: float | None) -> str:
+    """A probability with two decimals, never 1."""
+    return ">0.99" if value is not None and value >= NEARLY_SURE else number(value, ".2f")
+
+
+def count(items: int, word: str) -> str:
+    """A number of things: ``1 scan``, ``2 scans``."""
+    return f"{items} {word}{'' if items == 1 else 's'}"
