@@ -70,8 +70,10 @@ def _cell_gradients(found: Sequence[Rows], system: System, width: float, cell: f
     from scipy.sparse import coo_matrix
 
     points = np.concatenate([one.points for one in found])
-    _, where = np.unique(np.floor(points / cell).astype(np.int64), axis=0, return_inverse=True)
-    where = where.ravel()
+    places = np.floor((points - points.min(axis=0)) / cell).astype(np.int64)
+    across = places.max(axis=0) + 1
+    keys = (places[:, 0] * across[1] + places[:, 1]) * across[2] + places[:, 2]
+    _, where = np.unique(keys, return_inverse=True)
     values, lines, columns, start = [], [], [], 0
     for one in found:
         size = len(one.residuals)

@@ -14,14 +14,14 @@ from mvreg.stages.joint_surface import Surface
 from mvreg.stages.joint_system import CUT, Frame, Rows, System, rows, spread
 from mvreg.types import Array, Link
 
-#: From far away every n-th sample will do, until no point moves by more than this (resolutions).
-STRIDE, NEARLY_STILL = 8, 0.1
-#: In the end contacts are no farther apart than this (resolutions), and the poses stand still when
-#: no point moves farther than this in one round. A hundredth is a third of the scatter that the
-#: noise leaves on the Stanford scans.
-NEAR, STILL = 2.0, 0.01
-#: Steps of Gauss-Newton for each set of contacts: the second one has the weights of the first.
-STEPS = 2
+#: The phases, from far off to the end: contacts of every n-th sample, on planes or on curved
+#: patches, no farther apart than (resolutions; None for the stage's own reach), until no point
+#: moves farther in a round than (resolutions). A hundredth is a third of the scatter that noise
+#: leaves on the Stanford scans.
+PHASES = ((8, True, None, 0.2), (4, False, 2.0, 0.05), (1, False, 2.0, 0.01))
+#: Steps of Gauss-Newton for one set of contacts, at most; fewer if points move by less than this
+#: share of what ends the phase.
+STEPS, SETTLED = 4, 0.3
 #: Kernels are no narrower than this (resolutions): exact data have residuals of rounding only.
 NARROWEST = 1e-6
 #: Edge of the cells whose residuals are taken to be independent (radii of a patch).
@@ -54,30 +54,34 @@ class Solver:
 
     def settle(self, poses: Sequence[Array]) -> Settled | None:
         """Move all poses that a chain of contacts joins to the fixed one; None if there is none."""
-        motions = np.stack(poses)
-        coarse = Gate(self.reach * self.resolution, STRIDE, flat=True)
-        for gate, still in ((coarse, NEARLY_STILL), (Gate(NEAR * self.resolution), STILL)):
+        motions, found, free = np.stack(poses), list[Contacts](), list[int]()
+        for stride, flat, near, still in PHASES:
+            gate = Gate((near or self.reach) * self.resolution, stride, flat)
             for _ in range(self.max_rounds):
                 before = motions
-                motions = self.round(motions, gate)
+                motions, found, free = self.round(motions, gate, still)
                 if self.farthest(before, motions) <= still:
                     break
-        return self.summary(motions)
+        return self.summary(motions, found, free) if free else None
 
-    def round(self, motions: Array, gate: Gate) -> Array:
-        """Find contacts and solve."""
+    def round(
+        self, motions: Array, gate: Gate, still: float
+    ) -> tuple[Array, list[Contacts], list[int]]:
+        """Find contacts and solve: the motions, the contacts, and what was free to move."""
         found, free = self.held(motions, gate)
         if not free:
-            return motions
+            return motions, found, free
         frame = Frame.of(self.surfaces, motions)
         for _ in range(1 if gate.flat else STEPS):
+            before, motions = motions, motions.copy()
             residuals = rows(self.surfaces, motions, found, frame, gate.flat)
             step = System.of(residuals, free, self.width(residuals, frame)).step()
-            motions = motions.copy()
             motions[free] = frame.motion(step) @ motions[free]
+            if self.farthest(before, motions) <= SETTLED * still:
+                break
         for k in free:
             motions[k] = se3.project(motions[k])
-        return motions
+        return motions, found, free
 
     def held(self, motions: Array, gate: Gate) -> tuple[list[Contacts], list[int]]:
         """Contacts of all that hangs together with the fixed scan, and what may move of it."""
@@ -106,14 +110,10 @@ class Solver:
         ]
         return float(max(moves)) / self.resolution
 
-    def summary(self, motions: Array) -> Settled | None:
-        """What to report of the poses found."""
-        gate = Gate(NEAR * self.resolution)
-        found, free = self.held(motions, gate)
-        if not free:
-            return None
+    def summary(self, motions: Array, found: Sequence[Contacts], free: Sequence[int]) -> Settled:
+        """What to report of the poses found, given the contacts that they rest on."""
         frame = Frame.of(self.surfaces, motions)
-        residuals = rows(self.surfaces, motions, found, frame, gate.flat)
+        residuals = rows(self.surfaces, motions, found, frame, flat=False)
         width = self.width(residuals, frame)
         system = System.of(residuals, free, width)
         reach = np.median(np.concatenate([surface.reach for surface in self.surfaces]))

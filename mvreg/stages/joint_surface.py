@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mvreg.nearest import WORKERS, build_tree
+from mvreg.nearest import build_tree
 from mvreg.parallel import in_threads
 from mvreg.types import Array, Indices, View
 
@@ -132,17 +132,21 @@ def _surface(view: View) -> Surface:
     tree = view.tree if view.scan is None else view.scan.tree
     share = len(raw) / len(samples)
     count = min(int(np.clip(COVER * share, FEWEST, MOST)), len(raw))
-    _, indices = tree.query(samples, k=np.arange(1, count + 1), workers=WORKERS)
+    _, indices = tree.query(samples, k=np.arange(1, count + 1))
     return _fitted(raw[indices], samples, facing, share, view.features.oriented)
+
+
+def _axes(normals: Array) -> Array:
+    """Right-handed axes (S, 3, 3), in rows, of which the third is the normal (S, 3)."""
+    least = np.eye(3)[np.abs(normals).argmin(axis=1)]
+    first = np.cross(normals, least)
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    return np.stack([first, np.cross(normals, first), normals], axis=1)
 
 
 def _fitted(near: Array, samples: Array, facing: Array, share: float, oriented: bool) -> Surface:
     """Patches through the raw points (S, k, 3) about each sample, by least squares."""
-    offsets = near - samples[:, None]
-    centred = offsets - offsets.mean(axis=1, keepdims=True)
-    axes = np.linalg.eigh(np.swapaxes(centred, 1, 2) @ centred)[1][:, :, ::-1]
-    axes = np.ascontiguousarray(np.swapaxes(axes, 1, 2))
-    axes[(axes[:, 2] * facing).sum(axis=1) < 0] *= -1
+    offsets, axes = near - samples[:, None], _axes(facing)
     local = offsets @ np.swapaxes(axes, 1, 2)
     reach = np.sqrt((local[..., :2] ** 2).sum(axis=2).max(axis=1))
     unit = np.where(reach > 0, reach, 1.0)
