@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from typing import Any
@@ -40,6 +40,11 @@ def timed(seconds: dict[str, float], stage: str) -> Iterator[None]:
         yield
     finally:
         seconds[stage] = seconds.get(stage, 0.0) + time.perf_counter() - start
+
+
+def as_judged(registration: Registration, verdict: Verdict) -> Verdict:
+    """The verdict as it is."""
+    return verdict
 
 
 @dataclass(frozen=True)
@@ -123,8 +128,11 @@ class Pipeline:
         target: View,
         accepted: Sequence[Registration],
         rng: np.random.Generator,
+        confirm: Callable[[Registration, Verdict], Verdict] = as_judged,
     ) -> tuple[Registration | None, Pair]:
         """Register one view to another, or to the model (Algorithm 1).
+
+        `confirm` has the last word: a strategy may know of what the judge is not shown.
 
         Returns
         -------
@@ -147,6 +155,7 @@ class Pipeline:
         else:
             with timed(seconds, "judge"):
                 verdict = self.judge(registration, source, target, accepted)
+                verdict = confirm(registration, verdict)
             pair = Pair(
                 source.name,
                 target.name,

@@ -1,0 +1,74 @@
+"""The order of attempts: what has been tried, and what promises most now."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from mvreg.stages.partial_models import PartialModels
+from mvreg.types import Array, Indices
+
+#: What is left of the promise of a source, and of its pairs with the targets, after a failure.
+SOURCE_LEFT, PAIR_LEFT = 0.9, 0.5
+
+
+class Search:
+    """What has been tried so far, and what is to be tried next.
+
+    Parameters
+    ----------
+    promises : (N, N) array
+        See `mvreg.stages.promise`.
+    models : PartialModels
+        Of the same views; changed from outside.
+    parts, patience : int
+        See `BestFirst`.
+    """
+
+    def __init__(self, promises: Array, models: PartialModels, parts: int, patience: int) -> None:
+        self.promises = promises.copy()
+        self.models = models
+        self.parts, self.patience = parts, patience
+        self.factor = np.ones(len(promises))
+        self.failures = np.zeros(len(promises), dtype=int)
+        self.tried: set[tuple[int, frozenset[int]]] = set()
+
+    def next(self) -> tuple[int, list[int]] | None:
+        """The view to move and the views to move it to, most promising first; None at the end.
+
+        It moves to the larger group, or to one of the same size.
+        """
+        found: list[tuple[float, int, int]] = []
+        for members in self.models.groups():
+            for source in self.sources(members):
+                gain = np.sort(self.promises[source, members])[::-1][: self.parts].sum()
+                found.append((float(gain * self.factor[source]), int(source), int(members[0])))
+        for _, source, group in sorted(found, key=lambda one: -one[0]):
+            members = self.models.members(int(self.models.group[group]))
+            targets = self.targets(source, members)
+            if (source, frozenset(targets)) not in self.tried:
+                return source, targets
+        return None
+
+    def sources(self, members: Indices) -> Indices:
+        """The views that may still be moved to a group."""
+        group = self.models.group
+        sizes = np.bincount(group, minlength=len(group) + 1)[group]
+        open_ = (self.failures < self.patience) & (group != group[members[0]])
+        return np.flatnonzero(open_ & (sizes <= len(members)))
+
+    def targets(self, source: int, members: Indices) -> list[int]:
+        """The most promising views of a group, more of them after every failure."""
+        order = np.argsort(-self.promises[source, members], kind="stable")
+        count = self.parts * (1 + int(self.failures[source]))
+        return [int(k) for k in members[order[:count]]]
+
+    def failed(self, source: int, targets: Sequence[int]) -> None:
+        """The source could not be moved there: it, and these pairs, promise less now."""
+        self.tried.add((source, frozenset(targets)))
+        self.factor[source] *= SOURCE_LEFT
+        self.promises[source, targets] *= PAIR_LEFT
+        self.promises[targets, source] *= PAIR_LEFT
+        moving = self.models.members(int(self.models.group[source]))
+        self.failures[moving] += 1

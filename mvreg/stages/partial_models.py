@@ -1,0 +1,112 @@
+"""Partial models: which views are joined already, and where they are to each other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from mvreg import se3
+from mvreg.evidence import Evidence, Meeting, weigh
+from mvreg.nearest import nearest
+from mvreg.parallel import in_threads
+from mvreg.pipeline import Pipeline
+from mvreg.surfaces import neighbours
+from mvreg.types import Array, Indices, Model, Part, Registration, View
+
+#: Points of a view and of a model that are nearer than this are one (resolutions).
+SAME = 1.0
+
+
+class PartialModels:
+    """Views in groups, at first each alone; `poses[i]` is ``T_group_view`` of view i.
+
+    Parameters
+    ----------
+    views : sequence of View
+    """
+
+    def __init__(self, views: Sequence[View]) -> None:
+        self.views = views
+        self.poses: list[Array] = [np.eye(4) for _ in views]
+        self.group: Indices = np.arange(len(views))
+
+    def members(self, group: int) -> Indices:
+        """The views of a group, in the order of the views."""
+        return np.flatnonzero(self.group == group)
+
+    def groups(self) -> list[Indices]:
+        """The members of each group, the largest group first."""
+        found = [self.members(int(g)) for g in np.unique(self.group)]
+        return sorted(found, key=lambda members: (-len(members), members[0]))
+
+    def relative(self, target: int, source: int) -> Array:
+        """``T_target_source`` (4, 4) of two views of one group."""
+        pose: Array = se3.invert(self.poses[target]) @ self.poses[source]
+        return pose
+
+    def join(self, source: int, target: int, T_target_source: Array) -> None:
+        """Move the group of view `source` into that of view `target`."""
+        motion = self.poses[target] @ T_target_source @ se3.invert(self.poses[source])
+        moving = self.members(int(self.group[source]))
+        for k in moving:
+            self.poses[k] = se3.project(motion @ self.poses[k])
+        self.group[moving] = self.group[target]
+
+    def leave(self, view: int) -> None:
+        """Take a view out of its group, into one of its own."""
+        taken = set(self.group.tolist())
+        self.group[view] = next(g for g in range(len(self.views) + 1) if g not in taken)
+        self.poses[view] = np.eye(4)
+
+    def target(self, chosen: Sequence[int], pipeline: Pipeline) -> View:
+        """The first of the `chosen` views of one group, merged with the others, in its frame.
+
+        A view that is alone stays what it is. The parts of a model are all views of the group, so
+        that what speaks against a pose may come from any; its points are those of the chosen.
+        """
+        first = self.views[chosen[0]]
+        group = self.members(int(self.group[chosen[0]])).tolist()
+        if len(group) == 1:
+            return first
+        model = Model.of(first)
+        for k in chosen[1:]:
+            pose = self.relative(chosen[0], k)
+            same = meeting_points(self.views[k], model, pose)
+            model = pipeline.augment(model, self.views[k], same)
+        rest = [Part(self.views[k], self.relative(chosen[0], k)) for k in group if k not in chosen]
+        return replace(model, parts=(*model.parts, *rest))
+
+    def meetings(self, sources: Sequence[int], targets: Sequence[int]) -> list[Meeting]:
+        """The pairs of views of one group that come near each other, each pair once."""
+        names = {self.views[k].name: self.poses[k] for k in (*sources, *targets)}
+        chosen = list(dict.fromkeys([*sources, *targets]))
+        chosen = [k for k in chosen if len(self.views[k].points)]
+        reach = 3 * self.views[chosen[0]].scale.resolution if chosen else 0.0
+        near = neighbours([self.views[k] for k in chosen], names, reach) if chosen else []
+        found = []
+        for a, b in near:
+            i, j = chosen[a], chosen[b]
+            if i in sources and j in targets and (i not in targets or i < j):
+                pose = self.relative(j, i)
+                found.append(Meeting(self.views[i], self.views[j], pose, self.poses[i]))
+        return found
+
+
+def meeting_points(source: View, target: View, T_target_source: Array) -> Registration:
+    """A registration as it would be recorded for a given pose: what lies together is paired."""
+    moved = se3.apply(T_target_source, source.points)
+    distances, indices = nearest(target.tree, moved, SAME * source.scale.resolution)
+    met = np.flatnonzero(np.isfinite(distances))
+    kept = distances[met]
+    mse = float((kept**2).mean()) if len(met) else 0.0
+    return Registration(
+        source.name, target.name, T_target_source, len(met) / max(len(moved), 1), mse, mse,
+        np.stack([met, indices[met]], axis=1), kept, float(kept.max(initial=0.0)), 0, True,
+    )  # fmt: skip
+
+
+def weigh_each(meetings: Sequence[Meeting]) -> list[Evidence]:
+    """Weigh every meeting by itself."""
+    return in_threads(lambda meeting: weigh([meeting]), meetings)

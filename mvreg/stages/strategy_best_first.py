@@ -1,0 +1,170 @@
+"""Most promising first: partial models grow from every scan, and are joined where all agrees."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mvreg import se3
+from mvreg.errors import InputError, check_positive
+from mvreg.evidence import weigh
+from mvreg.stages.best_first_search import Search
+from mvreg.stages.partial_models import PartialModels
+from mvreg.stages.promise import promise
+from mvreg.types import Array, Pair, Registration, Result, Verdict, View
+
+if TYPE_CHECKING:
+    from mvreg.pipeline import Pipeline
+
+#: Scans that were taken back get so many further rounds of attempts.
+ROUNDS = 2
+
+
+@dataclass(frozen=True)
+class BestFirst:
+    """Try the most promising pair next, let partial models grow from every scan, and join them.
+
+    Every scan begins as a partial model of its own. The scan that promises most is registered to
+    the views of another partial model that look most like it, merged; if the judge relies on it,
+    and nothing that the two partial models show of each other speaks against it, they become one
+    (Kruskal's algorithm, as Huber and Hebert 2003 use it, on promises instead of registrations).
+    There is no first scan that everything hangs on. At the end every scan is weighed against all
+    that it meets: what is contradicted is taken back, and tried again.
+
+    The largest partial model becomes the result's `poses`, in the frame of the scan that promises
+    most within it; the others of two scans or more become its `components`.
+
+    Parameters
+    ----------
+    radii : list of float
+        Of the descriptors that promises are told from, in units of the keypoints' spacing.
+    neighbours : int
+        Votes of a keypoint, see `mvreg.stages.promise`.
+    parts : int
+        Views that are merged to one target; after each failure of a source so many more.
+    patience : int
+        A partial model that failed so often is not moved any more, others may still be moved to it.
+    min_probability : float
+        What all scans together say of a join, and of each scan at the end, must be as probable.
+    """
+
+    radii: list[float] = field(default_factory=lambda: [0.5, 1.0, 2.0, 3.0])
+    neighbours: int = 5
+    parts: int = 3
+    patience: int = 6
+    min_probability: float = 0.5
+
+    def __post_init__(self) -> None:
+        if not self.radii or sorted(self.radii) != list(self.radii) or self.radii[0] <= 0:
+            raise InputError(
+                f"strategy.radii: expected ascending positive numbers, got {self.radii}"
+            )
+        check_positive(
+            "strategy", neighbours=self.neighbours, parts=self.parts, patience=self.patience
+        )
+
+    def __call__(
+        self, views: Sequence[View], pipeline: Pipeline, rng: np.random.Generator
+    ) -> Result:
+        promises = promise(views, self.radii, self.neighbours)
+        models = PartialModels(views)
+        search = Search(promises, models, self.parts, self.patience)
+        pairs: list[Pair] = []
+        pipeline.begin(views[int(promises.sum(axis=1).argmax())])
+        for _ in range(ROUNDS):
+            self.grow(search, pipeline, pairs, promises, rng)
+            taken = self.take_back(models)
+            if not taken:
+                break
+            search.failures[taken] = np.minimum(search.failures[taken], self.patience - 1)
+        result = outcome(models, promises, pairs)
+        pipeline.revise(result)
+        return result
+
+    def grow(
+        self,
+        search: Search,
+        pipeline: Pipeline,
+        pairs: list[Pair],
+        promises: Array,
+        rng: np.random.Generator,
+    ) -> None:
+        """Join partial models as long as there is something to try; `pairs` gets every attempt."""
+        models = search.models
+        while (found := search.next()) is not None:
+            source, targets = found
+            target = models.target(targets, pipeline)
+            confirm = partial(self.agreed, models, source, targets[0])
+            registration, pair = pipeline.register(
+                models.views[source], target, [], rng.spawn(1)[0], confirm
+            )
+            pairs.append(replace(pair, target=models.views[targets[0]].name))
+            if registration is None or not pair.verdict.reliable:
+                search.failed(source, targets)
+                continue
+            models.join(source, targets[0], registration.T_target_source)
+            pipeline.revise(outcome(models, promises, pairs))
+
+    def agreed(
+        self,
+        models: PartialModels,
+        source: int,
+        target: int,
+        registration: Registration,
+        verdict: Verdict,
+    ) -> Verdict:
+        """The verdict, unless the views that move along with the source speak against it."""
+        moving = models.members(int(models.group[source]))
+        if not verdict.reliable or len(moving) == 1:
+            return verdict
+        staying = models.members(int(models.group[target]))
+        trial = PartialModels(models.views)
+        trial.poses, trial.group = list(models.poses), models.group.copy()
+        trial.join(source, target, registration.T_target_source)
+        evidence = weigh(trial.meetings(moving.tolist(), staying.tolist()))
+        if evidence.probability >= self.min_probability:
+            return verdict
+        reason = f"the other scans of the partial models object: {evidence.reason}"
+        return replace(verdict, reliable=False, reason=reason)
+
+    def take_back(self, models: PartialModels) -> list[int]:
+        """Take every view out of its group that all it meets there speaks against; which ones."""
+        taken: list[int] = []
+        for members in models.groups():
+            left = members.tolist()
+            while len(left) > 1:
+                doubts = {k: self.doubt(models, k, left) for k in left}
+                worst = max(left, key=lambda k: doubts[k])
+                if doubts[worst] <= 1 - self.min_probability:
+                    break
+                left.remove(worst)
+                models.leave(worst)
+                taken.append(worst)
+        return taken
+
+    def doubt(self, models: PartialModels, view: int, members: Sequence[int]) -> float:
+        """The probability that a view is in the wrong place, by all that it meets."""
+        others = [k for k in members if k != view]
+        return 1 - weigh(models.meetings([view], others)).probability
+
+
+def outcome(models: PartialModels, promises: Array, pairs: Sequence[Pair]) -> Result:
+    """The result that partial models amount to: each in the frame of its most promising view."""
+    components = []
+    for members in models.groups():
+        inside = promises[np.ix_(members, members)].sum(axis=1)
+        first = int(members[int(inside.argmax())])
+        order = [first, *(int(k) for k in members if k != first)]
+        frame = se3.invert(models.poses[first])
+        poses = {models.views[k].name: frame @ models.poses[k] for k in order}
+        poses[models.views[first].name] = np.eye(4)
+        components.append(poses)
+    joined = [poses for poses in components[1:] if len(poses) > 1]
+    alone = {name for poses in components[1:] if len(poses) == 1 for name in poses}
+    left = tuple(view.name for view in models.views if view.name in alone)
+    reference = next(iter(components[0]))
+    return Result(reference, components[0], left, tuple(pairs), components=tuple(joined))
