@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mvreg import se3, surfaces
-from mvreg.evaluate import consistency, pose_errors
+from mvreg.evaluate import component_errors, consistency, pose_errors
 from mvreg.surfaces import closeness
 from mvreg.types import Features, Scale, View
 
@@ -75,6 +75,22 @@ def test_reference_without_truth_falls_back_to_the_first_scan_that_has_one():
 @pytest.mark.parametrize("truth", [None, {}, {"a": np.eye(4)}, {"x": np.eye(4), "y": np.eye(4)}])
 def test_nothing_to_compare_is_none_and_not_zero(truth):
     assert pose_errors({"a": np.eye(4), "b": np.eye(4)}, truth, "a") is None
+
+
+def test_a_partial_model_is_compared_in_its_own_frame():
+    truth = {"b": turn(40, (1, 2, 3)), "c": turn(70), "d": turn(20, (9, 0, 0))}
+    elsewhere = turn(123, (7, 7, 7))
+    right = {name: elsewhere @ truth[name] for name in ("b", "c")}
+    wrong = {**right, "c": right["c"] @ turn(3.0)}
+    partly = {"x": np.eye(4), **right}  # the first scan has no truth
+    found = component_errors([right, wrong, partly, {"d": np.eye(4)}], truth)
+    assert [errors and errors.frame for errors in found] == ["b", "b", "b", None]
+    assert found[0].max.rotation < 1e-12 and found[0].max.translation < 1e-12
+    assert found[1].max.angle == pytest.approx(3.0)
+    assert found[1].mean.angle == pytest.approx(1.5)
+    assert found[2].max.rotation < 1e-12
+    assert component_errors([right], None) == [None]
+    assert component_errors([], truth) == []
 
 
 def test_consistency_of_two_plates_is_their_gap():

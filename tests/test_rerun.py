@@ -6,7 +6,7 @@ import time
 import numpy as np
 import pytest
 import rerun as rr
-from observed import run, scanset, view_of
+from observed import apart, run, scanset, view_of
 
 from mvreg import events
 from mvreg.observers import drawing
@@ -160,7 +160,7 @@ def test_a_recording_is_valid_and_reads_back(tmp_path):
     for path in [
         "/model/a.ply", "/model/b.ply", "/pair/target", "/pair/before", "/pair/after",
         "/pair/seeds", "/pair/propagated", "/judge/score", "/judge/threshold", "/judge/accepted",
-        "/judge/rejected", "/tmse/trimmed_mse", "/verdicts",
+        "/judge/rejected", "/tmse/trimmed_mse", "/verdicts", "/trust/scans", "/trust/pairs",
     ]:  # fmt: skip
         assert f" {path} " in printed
     assert "/model/c.ply " not in printed
@@ -188,3 +188,76 @@ def test_recording_costs_little(tmp_path):
             observer.mvreg_event(event)
     observer.close()
     assert time.process_time() - start < 1.0
+
+
+def x_of(pose) -> float:
+    return pose.translation.as_arrow_array().to_pylist()[0][0]
+
+
+def test_poses_that_are_revised_replace_those_before():
+    happened = apart()
+    first, second = of(events.PosesRevised, happened)
+    assert set(first) == {"model/d.ply", "model/e.ply"}
+    assert set(second) == {"model/a.ply", "model/b.ply", "model/d.ply", "model/e.ply"}
+    # The points of d are there since it was chosen, those of e since the first revision.
+    assert [len(first[f"model/{name}"]) for name in ("d.ply", "e.ply")] == [1, 2]
+    assert [len(second[f"model/{name}"]) for name in ("d.ply", "e.ply", "a.ply")] == [1, 1, 2]
+
+
+def test_partial_models_stand_side_by_side():
+    (last,) = of(events.RunFinished, apart())
+    x = {name: x_of(last[f"model/{name}.ply"][0]) for name in "abde"}
+    assert (x["a"], x["b"]) == (0, 2)
+    # The plates of the first end at 19; a third of that is the gap.
+    assert x["d"] == pytest.approx(19 + 0.3 * 19, abs=1e-4)
+    assert x["e"] - x["d"] == pytest.approx(3, abs=1e-4)
+
+
+def test_a_scan_that_is_taken_back_goes_and_may_come_again():
+    happened = apart()
+    gone = events.PosesRevised("a.ply", {"a.ply": np.eye(4)})
+    *before, end = happened
+    found = shown([*before, gone, end])
+    lost = dict(found[-2])
+    assert {path for path, item in lost.items() if isinstance(item, rr.Clear)} == {
+        "model/b.ply", "model/d.ply", "model/e.ply",
+    }  # fmt: skip
+    again = [item for path, item in found[-1] if path == "model/b.ply"]
+    assert [type(item) for item in again] == [rr.Transform3D, rr.Points3D]
+
+
+def test_grades_and_confidences_colour_dots_and_lines():
+    happened = apart()
+    report = happened[-1].report
+    grades = {"a.ply": "green", "b.ply": "amber", "d.ply": "red", "e.ply": None}
+    for row in report["scans"]:
+        if row["name"] in grades:
+            row["assessment"] |= {"grade": grades[row["name"]], "confidence": 0.87}
+    for link, confidence in zip(report["links"], (0.999, 0.7), strict=True):
+        link["confidence"] = confidence
+    (last,) = of(events.RunFinished, happened)
+    (dots,), (lines,) = last["trust/scans"], last["trust/pairs"]
+    colors = [drawing.GREEN, drawing.YELLOW, drawing.RED, drawing.GREY]
+    assert dots.colors.as_arrow_array() == rr.components.ColorBatch(colors).as_arrow_array()
+    assert dots.labels.as_arrow_array().to_pylist() == [
+        "a.ply green 0.87", "b.ply amber 0.87", "d.ply red 0.87", "e.ply",
+    ]  # fmt: skip
+    assert lines.colors.as_arrow_array() == rr.components.ColorBatch(colors[:2]).as_arrow_array()
+    assert lines.labels.as_arrow_array().to_pylist() == [">0.99", "0.70"]
+    start, end = np.array(lines.strips.as_arrow_array().to_pylist()[0])
+    spots = np.array(dots.positions.as_arrow_array().to_pylist())
+    np.testing.assert_allclose(sorted([start[0], end[0]]), sorted(spots[:2, 0]), atol=1e-4)
+
+
+def test_a_run_with_partial_models_is_a_valid_recording(tmp_path):
+    observer = RerunObserver(tmp_path / "run.rrd")
+    for event in apart():
+        observer.mvreg_event(event)
+    assert "verified without error" in cli(tmp_path, "verify", str(tmp_path / "run.rrd"))
+
+
+def test_a_run_without_any_pair_that_overlaps_has_no_lines():
+    happened = run()
+    happened[-1].report["links"].clear()
+    (last,) = of(events.RunFinished, happened)
+    assert len(last["trust/pairs"][0].strips) == 0

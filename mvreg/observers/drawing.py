@@ -124,7 +124,10 @@ def open_recording(path: Path, name: str) -> RecordingStream:
 
 
 def blueprint() -> Any:
-    """Model and pair side by side; below them the curves and the verdicts."""
+    """Model and pair side by side; below them the curves and the verdicts.
+
+    Behind the model, in a tab, what the poses are worth.
+    """
     import rerun.blueprint as rrb
 
     curves = rrb.Tabs(
@@ -135,7 +138,10 @@ def blueprint() -> Any:
     return rrb.Blueprint(
         rrb.Vertical(
             rrb.Horizontal(
-                rrb.Spatial3DView(origin="model", name="model"),
+                rrb.Tabs(
+                    rrb.Spatial3DView(origin="model", name="model"),
+                    rrb.Spatial3DView(origin="trust", name="confidence"),
+                ),
                 rrb.Spatial3DView(origin="pair", name="pair"),
             ),
             rrb.Horizontal(curves, rrb.TextLogView(origin="verdicts", name="verdicts")),

@@ -15,6 +15,7 @@ from mvreg.events import (
     Event,
     PairRegistered,
     PairStarted,
+    PosesRevised,
     ReferenceChosen,
     RunFinished,
     RunStarted,
@@ -22,7 +23,8 @@ from mvreg.events import (
     ViewPrepared,
 )
 from mvreg.hookspecs import hookimpl
-from mvreg.observers import drawing
+from mvreg.observers import drawing, trust
+from mvreg.observers.arrangement import side_by_side
 from mvreg.types import Array, View
 
 if TYPE_CHECKING:
@@ -58,20 +60,15 @@ class Seen:
                 return replace(self, placed=self.placed.union(event.model.members))
             case ViewPlaced():
                 return replace(self, placed=self.placed | {event.name})
+            case PosesRevised():
+                return replace(self, placed=frozenset().union(event.poses, *event.components))
             case RunFinished():
                 return replace(self, pair=self.pair + 1)
         return self
 
 
 def entities(event: Event, seen: Seen) -> Entities:
-    """What an event shows: pairs of entity path and archetype.
-
-    Parameters
-    ----------
-    event : Event
-    seen : Seen
-        What was known before it.
-    """
+    """What an event shows, given what was `seen` before it: pairs of entity path and archetype."""
     match event:
         case ReferenceChosen():
             return [item for name in event.model.members for item in _placed(name, None, seen)]
@@ -79,12 +76,25 @@ def entities(event: Event, seen: Seen) -> Entities:
             return _clouds(event, seen) + _lines(event) + _numbers(event)
         case ViewPlaced():
             return _placed(event.name, event.T_model_scan, seen)
+        case PosesRevised():
+            return _revised(side_by_side(event.poses, event.components, seen.views), seen)
         case RunFinished():
-            # The adjustment may have moved them all; what has lost its pose is taken away.
-            poses = event.result.poses
-            gone = [(_path(name), drawing.nothing()) for name in seen.placed if name not in poses]
-            return gone + [item for name in poses for item in _placed(name, poses[name], seen)]
+            return _finished(event, seen)
     return []
+
+
+def _finished(event: RunFinished, seen: Seen) -> Entities:
+    """The poses after the adjustment, which may have moved them all, and what they are worth."""
+    shown = side_by_side(event.result.poses, event.result.components, seen.views)
+    spots = trust.middles(shown, seen.views)
+    dots, lines = trust.dots(spots, event.report), trust.lines(spots, event.report)
+    return [*_revised(shown, seen), ("trust/scans", dots), ("trust/pairs", lines)]
+
+
+def _revised(shown: Mapping[str, Array], seen: Seen) -> Entities:
+    """All scans where they stand now; what has lost its pose is taken away."""
+    gone = [(_path(name), drawing.nothing()) for name in seen.placed if name not in shown]
+    return gone + [item for name in shown for item in _placed(name, shown[name], seen)]
 
 
 def _path(name: str) -> str:
