@@ -17,7 +17,10 @@ from bars import draw_bars
 from comparison import Row, draw_comparison
 from curves import Axis, Series, draw_curves
 from measured import Measured, by_dataset, measured
-from runs import ROOT, Run, plan, runs
+from orders import draw_orders
+from outcomes import rows
+from robust_pages import SETS
+from runs import ROOT, Run, planned
 from scenes import Scene, load_scene
 from showcase import draw_showcase
 from style import save, styled
@@ -86,15 +89,11 @@ def draw_all(root: Path = ROOT, out: Path = RESULTS) -> list[Path]:
         lambda: cross_sections("table2", root, out / "table2_fig9.png"),
         lambda: showcase("table2", root, out / f"{SHOWN}.png"),
         *(lambda name=name: ablation(name, root, out / f"{name}.png") for name in ABLATIONS),
+        lambda: orders("orders", root, out / "orders.png"),
         lambda: roc.draw(root / "roc", out / "tmse_roc.png"),
     ]
     with styled():
         return [file for file in (draw() for draw in drawings) if file is not None]
-
-
-def planned(experiment: str, root: Path) -> list[Run]:
-    """The jobs that an experiment consists of; not those with overrides of one's own."""
-    return runs(experiment, root)[: len(plan(experiment))]
 
 
 def bars(experiment: str, root: Path, file: Path) -> Path | None:
@@ -124,6 +123,14 @@ def showcase(experiment: str, root: Path, file: Path) -> Path | None:
     row = by_dataset(planned(experiment, root)).get(SHOWN, {})
     found = scene({name: run for name, run in row.items() if name == "fcpma"})
     return save(draw_showcase(found, "fcpma"), file, 160) if found is not None else None
+
+
+def orders(experiment: str, root: Path, file: Path) -> Path | None:
+    """Errors and pairs in random orders."""
+    found = rows({experiment: planned(experiment, root)}, SETS)
+    if not any(row.known for row in found):
+        return None
+    return save(draw_orders(found), file, 64)
 
 
 def scene(row: Mapping[str, Run]) -> Scene | None:

@@ -39,13 +39,14 @@ def measured(run: Run) -> Measured:
         return Measured(word=reason(run.error))
     errors: Mapping[str, Mapping[str, float]] = report["errors"] or {}
     mean = errors.get("mean", {})
+    apart = sum(len(each["poses"]) for each in report.get("components", []))
     return Measured(
         pairs=float(report["num_pairs"]),
         seconds=float(report["seconds"]["total"]),
         rotation=float(mean.get("rotation", math.nan)),
         translation=float(mean.get("translation", math.nan)),
         placed=len(report["poses"]),
-        total=len(report["poses"]) + len(report["unregistered"]),
+        total=len(report["poses"]) + apart + len(report["unregistered"]),
         word="",
     )
 

@@ -63,10 +63,15 @@ def runs(experiment: str, root: Path = ROOT) -> list[Run]:
         lies there, such as jobs run with one more override.
     """
     folder = root / experiment
-    planned = [(folder / dirname(overrides), overrides) for overrides in plan(experiment)]
-    known = {place for place, _ in planned}
+    wanted = [(folder / dirname(overrides), overrides) for overrides in plan(experiment)]
+    known = {place for place, _ in wanted}
     others = [found for found in sorted(_found(folder)) if found[0] not in known]
-    return [_read(place, overrides) for place, overrides in [*planned, *others]]
+    return [_read(place, overrides) for place, overrides in [*wanted, *others]]
+
+
+def planned(experiment: str, root: Path = ROOT) -> list[Run]:
+    """The jobs that an experiment consists of; not those with overrides of one's own."""
+    return runs(experiment, root)[: len(plan(experiment))]
 
 
 def plan(experiment: str) -> list[tuple[str, ...]]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -37,7 +39,7 @@ def placements_of(run: Run) -> Placements | None:
 
 def models_of(report: Report) -> list[Poses]:
     """The partial models of a run, the reference's first."""
-    found = [report["poses"], *report.get("components", [])]
+    found = [report["poses"], *(each["poses"] for each in report.get("components", []))]
     return [{name: np.array(pose) for name, pose in poses.items()} for poses in found]
 
 
@@ -54,15 +56,21 @@ def truth_of(report: Report, dataset: str) -> Truth | None:
     if "truth" in report:
         poses, objects = report["truth"], report.get("objects")
     else:
-        config = {key: value for key, value in report["config"]["dataset"].items() if key != "name"}
-        scans = mvreg.dataset(dataset, rng=int(report["rng"]), **config)
-        poses, objects = scans.poses, scans.objects
+        poses, objects = loaded(dataset, report["rng"], json.dumps(report["config"]["dataset"]))
     if poses is None:
         return None
     arrays = {name: np.array(pose) for name, pose in poses.items()}
     truth = Truth(arrays, objects or dict.fromkeys(arrays, ""))
     check(report, truth)
     return truth
+
+
+@cache
+def loaded(dataset: str, rng: int, config: str) -> tuple[Poses | None, Mapping[str, str] | None]:
+    """The true poses of a data set, and what its scans show; `config` is its parameters as JSON."""
+    given = {key: value for key, value in json.loads(config).items() if key != "name"}
+    scans = mvreg.dataset(dataset, rng=rng, **given)
+    return scans.poses, scans.objects
 
 
 def check(report: Report, truth: Truth) -> None:

@@ -79,6 +79,8 @@ def test_what_a_run_says():
     found = measured(Run(None, (), report("bunny", pairs=5, placed=2), None))
     assert (found.pairs, found.seconds, found.rotation, found.translation) == (5, 50, 0.01, 0.4)
     assert (found.placed, found.total, found.complete, found.word) == (2, 3, False, "")
+    apart = {**report("x", placed=2), "components": [{"poses": {"far": 0}}]}
+    assert measured(Run(None, (), apart, None)).total == 4
     assert measured(Run(None, (), {**report("x"), "errors": None}, None)).rotation is math.nan
 
 

@@ -9,7 +9,7 @@ import pytest
 import mvreg
 from mvreg import se3
 from mvreg.errors import InputError
-from mvreg.report_file import dumps
+from mvreg.report_file import SCHEMA, dumps
 
 
 @pytest.fixture(autouse=True)
@@ -120,7 +120,7 @@ def run_of(tmp_path, **changes):
     """A run's folder, all its scans in one frame, and the data set behind it."""
     scans = mvreg.dataset("mixture", 4, **TINY)
     report = {
-        "schema": 1, "status": "complete", "dataset": scans.name, "rng": 4, "unit": "mm",
+        "schema": SCHEMA, "status": "complete", "dataset": scans.name, "rng": 4, "unit": "mm",
         "resolution": 3.0, "poses": scans.poses, "unregistered": [], "errors": None,
         "config": {"dataset": {**TINY, "order": "shuffle", "scramble": True}}, **changes,
     }  # fmt: skip
@@ -154,7 +154,8 @@ def test_components_and_the_truth_that_a_result_holds_are_used(tmp_path, monkeyp
     scans = run_of(tmp_path)
     parts = [{n: T for n, T in scans.poses.items() if scans.objects[n] == o}
              for o in ("tiny_sphere", "tiny_blob-0")]  # fmt: skip
-    run_of(tmp_path, poses=parts[0], components=parts[1:], truth=scans.poses, objects=scans.objects)
+    others = [{"number": 2, "poses": poses} for poses in parts[1:]]
+    run_of(tmp_path, poses=parts[0], components=others, truth=scans.poses, objects=scans.objects)
     monkeypatch.setattr(mvreg, "dataset", None)  # not needed
     found = placements_of(read(tmp_path))
     assert len(found.right) == 5 and not found.false
