@@ -8,31 +8,16 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from mvreg import se3
-from mvreg.evidence_measure import Flags, Side, look
-from mvreg.types import Array, View
+from mvreg.evidence_measure import look
+from mvreg.evidence_pool import Meeting as Meeting
+from mvreg.evidence_pool import firmness, free_space, most_covered
+from mvreg.evidence_weights import features, probability
 
-#: Less is held too loosely: caps of a sphere have 0.0003, pairs of the Bunny 0.02 and more.
-LEAST_STABILITY = 0.003
-
-
-@dataclass(frozen=True, eq=False)
-class Meeting:
-    """Two views, and where one is said to be in the frame of the other.
-
-    Parameters
-    ----------
-    source, target : View
-    T_target_source : (4, 4) array
-    T_common_source : (4, 4) array, optional
-        The source in a frame that all the meetings weighed together share. Needed only where one
-        partial model of several scans meets another: else the one scan that all meetings have in
-        common gives the frame.
-    """
-
-    source: View
-    target: View
-    T_target_source: Array
-    T_common_source: Array | None = None
+#: Less is held too loosely. Pairs of a sphere, a cylinder and a bottle have 0.004 at most, with
+#: noise of two spacings of the raw points; of the Bunny 0.02 and more.
+LEAST_STABILITY = 0.005
+#: Fewer points that meet say nothing.
+LEAST_POINTS = 50
 
 
 @dataclass(frozen=True)
@@ -45,11 +30,15 @@ class Evidence:
         Share of the points of a view that lie on the others' surface; of the view best covered.
     residual : float
         Root mean square point-to-plane distance there, in units of the scans' own noise floor.
+    noise : float
+        That noise floor, in resolutions: noise, and what the surface curves between points.
     agreement : float
         Share of those near the surface whose normals agree with it.
     violation : float or None
         Share of the points that a sensor can tell about which float in what it saw to be free; None
-        where no sensor is known.
+        where nothing is known of the sensors, nor can be told from the points.
+    sensor : str
+        "known", "estimated" or "none": what the violation rests on.
     stability : float
         How firmly the overlap holds, whatever way it is pushed; see `mvreg.stages.judge.stability`.
     points : int
@@ -58,31 +47,35 @@ class Evidence:
 
     overlap: float
     residual: float
+    noise: float
     agreement: float
     violation: float | None
+    sensor: str
     stability: float
     points: int
 
     @property
     def probability(self) -> float:
-        """The probability that the pose is right, between 0 and 1."""
-        if self.points < 50:
+        """The probability that the pose is right, between 0 and 1; 0 where it is ambiguous."""
+        return 0.0 if self.ambiguous else self.plausibility
+
+    @property
+    def plausibility(self) -> float:
+        """The same, whether or not the overlap can slide along itself."""
+        if self.points < LEAST_POINTS:
             return 0.0
-        share = min(max(self.overlap, 1e-3), 1 - 1e-3)
-        score = 2.0 * np.log(share / (1 - share)) + 2.0
-        score += 12.0 * (self.agreement - 0.8) - 4.0 * np.log(max(self.residual, 1.0) / 3.0)
-        score += 0.0 if self.violation is None else 40.0 * (0.1 - self.violation)
-        return float(1 / (1 + np.exp(-np.clip(score, -30.0, 30.0))))
+        measured = (self.overlap, self.residual, self.noise, self.agreement, self.violation)
+        return probability(features(*measured), self.sensor)
 
     @property
     def ambiguous(self) -> bool:
         """Whether the overlap can slide along itself, as on a sphere, a plane or a cylinder."""
-        return self.points >= 50 and self.stability < LEAST_STABILITY
+        return self.points >= LEAST_POINTS and self.stability < LEAST_STABILITY
 
     @property
     def reason(self) -> str:
         """What speaks against the pose most, or that nothing does."""
-        if self.points < 50:
+        if self.points < LEAST_POINTS:
             return "the scans hardly meet"
         if self.ambiguous:
             return "ambiguous: the overlap can slide along itself"
@@ -98,7 +91,11 @@ class Evidence:
 
     def as_dict(self) -> dict[str, float]:
         """What was measured, by name; what is not known is left out."""
-        return {name: float(value) for name, value in asdict(self).items() if value is not None}
+        return {
+            name: float(value)
+            for name, value in asdict(self).items()
+            if isinstance(value, int | float)
+        }
 
 
 def weigh(meetings: Sequence[Meeting]) -> Evidence:
@@ -123,56 +120,16 @@ def weigh(meetings: Sequence[Meeting]) -> Evidence:
     both = [side for pair in sides for side in pair]
     points = sum(int(side.met.sum()) for side in both)
     near = sum(side.near for side in both)
-    consistent, front = sum(s.consistent for s in both), sum(s.front for s in both)
-    known = any(side.told for side in both)
+    squared = sum(side.squared for side in both)
+    noise = sum(side.floor**2 * int(side.met.sum()) for side in both)
+    violation, sensor = free_space(both)
     return Evidence(
-        overlap=_overlap(meetings, sides),
-        residual=float(np.sqrt(sum(side.squared for side in both) / points)) if points else 0.0,
+        overlap=most_covered(meetings, sides),
+        residual=float(np.sqrt(squared / points)) if points else 0.0,
+        noise=float(np.sqrt(noise / points)) if points else 0.0,
         agreement=points / near if near else 0.0,
-        violation=front / max(front + consistent, 1) if known else None,
-        stability=_stability(meetings, sides),
+        violation=violation,
+        sensor=sensor,
+        stability=firmness(meetings, sides),
         points=points,
     )
-
-
-def _overlap(meetings: Sequence[Meeting], sides: Sequence[tuple[Side, Side]]) -> float:
-    """The share of its points that the view best covered has on any of the others."""
-    covered: dict[int, Flags] = {}
-    for meeting, pair in zip(meetings, sides, strict=True):
-        for view, side in zip((meeting.source, meeting.target), pair, strict=True):
-            covered[id(view)] = covered.get(id(view), np.zeros_like(side.met)) | side.met
-    return max((float(met.mean()) for met in covered.values() if len(met)), default=0.0)
-
-
-def _frames(meetings: Sequence[Meeting]) -> list[tuple[int, Array]]:
-    """A group and ``T_group_source`` of each meeting: what shares a group shares a frame."""
-    if all(m.T_common_source is not None for m in meetings):
-        return [(0, m.T_common_source) for m in meetings if m.T_common_source is not None]
-    sources = [id(m.source) for m in meetings]
-    if len(set(sources)) > 1 and len({id(m.target) for m in meetings}) == 1:
-        return [(0, m.T_target_source) for m in meetings]
-    return [(sources.index(source), np.eye(4)) for source in sources]
-
-
-def _stability(meetings: Sequence[Meeting], sides: Sequence[tuple[Side, Side]]) -> float:
-    """Smallest eigenvalue of the mean of ``J^T J`` over all that meets in one frame."""
-    groups: dict[int, list[tuple[Array, Array]]] = {}
-    for (group, frame), meeting, (ahead, back) in zip(
-        _frames(meetings), meetings, sides, strict=True
-    ):
-        home = frame @ se3.invert(meeting.T_target_source)  # `back` is in the target's frame
-        for side, transform in ((ahead, frame), (back, home)):
-            spots = se3.apply(transform, side.spots)
-            groups.setdefault(group, []).append((spots, side.planes @ transform[:3, :3].T))
-    return max((_firmness(*map(np.concatenate, zip(*g, strict=True))) for g in groups.values()),
-               default=0.0)  # fmt: skip
-
-
-def _firmness(points: Array, normals: Array) -> float:
-    """As `mvreg.stages.judge.stability`, of points (N, 3) and the unit normals there."""
-    if not len(points):
-        return 0.0
-    points = points - points.mean(axis=0)
-    radius = np.sqrt((points**2).sum(axis=1).mean())
-    jacobian = np.hstack([np.cross(points / (radius or 1.0), normals), normals])
-    return max(float(np.linalg.eigvalsh(jacobian.T @ jacobian / len(jacobian))[0]), 0.0)

@@ -24,6 +24,8 @@ FLOOR_POINTS = 500
 REACH = 2.0
 #: How far in front of a surface a point may be and still lie on it (resolutions).
 TOLERANCE = 2.0
+#: A point whose so-manieth neighbour is so many times farther than usual is not of the surface.
+COMPANY, STRAY = 4, 3.0
 #: How many of a sensor's rays answer for a point, and how near they must be (resolutions).
 RAYS, RAY_REACH = 4, 1.0
 #: No scan is trusted to be better than this (resolutions): synthetic ones may have no noise at all.
@@ -69,13 +71,24 @@ def witness(view: View) -> Witness:
 
 
 def _prepare(view: View) -> Witness:
-    step = max(1, -(-len(view.points) // MOST_POINTS))
     reach = REACH * max(view.scale.resolution, view.resolution)
     known = view.scan is not None and view.scan.knows_sensor
+    asked = _surface_points(view)
     return Witness(
-        view.points[::step], view.normals[::step], RangeImage.of(view, Sensor.estimated),
+        view.points[asked], view.normals[asked], RangeImage.of(view, Sensor.estimated),
         known, reach, max(_noise_floor(view, reach), LEAST_FLOOR * view.scale.resolution),
     )  # fmt: skip
+
+
+def _surface_points(view: View) -> Indices:
+    """Positions of some of the view's points, evenly from its list, less what strays alone."""
+    asked: Indices = np.arange(0, len(view.points), max(1, -(-len(view.points) // MOST_POINTS)))
+    if len(view.points) <= COMPANY:
+        return asked
+    distances, _ = view.tree.query(view.points[asked], k=[COMPANY + 1])
+    stray = distances[:, 0] > STRAY * np.median(distances)
+    kept: Indices = asked[~stray]
+    return kept
 
 
 def _noise_floor(view: View, reach: float) -> float:
@@ -107,28 +120,32 @@ class Side:
         Which of the points lie on the surface, normals agreeing.
     near : int
         How many are that near, whatever their normals.
-    normal_sum : float
-        Sum of the cosines of the normals of those met.
     squared : float
         Sum of the squared point-to-plane distances of those met, in units of the noise floor.
-    spots, planes : (M, 3) arrays
-        Where they meet, and the normals there, in the frame of the meeting's source.
+    spots, own, planes : (M, 3) arrays
+        Where they meet, their own normals and the other's there, in the frame of their view.
     consistent, front : int
         Points that lie on what the other's sensor saw, and those in front of it, in what it saw to
         be free.
     told : bool
-        False where nothing is known of the other's sensor.
+        False where nothing can be told of the other's sensor.
+    known : bool
+        Whether the other scan itself says where its sensor was.
+    floor : float
+        The noise floor of the two views (resolutions).
     """
 
     met: Flags
     near: int
-    normal_sum: float
     squared: float
     spots: Array
+    own: Array
     planes: Array
     consistent: int
     front: int
     told: bool
+    known: bool
+    floor: float
 
 
 def look(moving: View, still: View, T_still_moving: Array) -> Side:
@@ -140,6 +157,7 @@ def look(moving: View, still: View, T_still_moving: Array) -> Side:
     planes = still.normals[partners]
     cosines = (turned * planes).sum(axis=1)
     if not (moving.features.oriented and still.features.oriented):
+        planes = np.where(cosines[:, None] < 0, -planes, planes)
         cosines = np.abs(cosines)
     agree = cosines > LEAST_COSINE
     chosen, planes = near[agree], planes[agree]
@@ -149,10 +167,11 @@ def look(moving: View, still: View, T_still_moving: Array) -> Side:
     met[chosen] = True
     consistent, front = _seen(there.image, points, still)
     return Side(
-        met, len(near), float(cosines[agree].sum()),
+        met, len(near),
         float(((heights / floor) ** 2).sum()) if floor else 0.0,
-        here.points[chosen], planes @ T_still_moving[:3, :3], consistent, front,
-        there.image is not None,
+        here.points[chosen], here.normals[chosen], planes @ T_still_moving[:3, :3],
+        consistent, front,
+        there.image is not None, there.known, float(floor) / (moving.scale.resolution or 1.0),
     )  # fmt: skip
 
 

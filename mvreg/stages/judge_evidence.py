@@ -65,8 +65,8 @@ class EvidenceJudge:
     ----------
     min_probability : float
         Least probability of a reliable pose.
-    min_odds : float
-        The odds of the pose must be this many times those of any clearly different rival.
+    max_rival : float
+        Largest probability, taken by itself, of a clearly different pose of the same pair.
     rival_angle : float
         Rivals that differ by more than this (degrees) are clearly different, so are those
         `rival_distance` apart. 10 is the paper's own separation of candidates.
@@ -79,20 +79,20 @@ class EvidenceJudge:
     """
 
     min_probability: float = 0.9
-    min_odds: float = 3.0
+    max_rival: float = 0.3
     rival_angle: float = 10.0
     rival_distance: float = 3.0
     loop_tolerance: float = 4.0
 
     def __post_init__(self) -> None:
-        if not 0 < self.min_probability < 1:
-            raise InputError(
-                "judge.min_probability: expected a probability between 0 and 1, got "
-                f"{self.min_probability}"
-            )
+        for name in ("min_probability", "max_rival"):
+            if not 0 < getattr(self, name) < 1:
+                raise InputError(
+                    f"judge.{name}: expected a probability between 0 and 1, got "
+                    f"{getattr(self, name)}"
+                )
         check_positive(
             "judge",
-            min_odds=self.min_odds,
             rival_angle=self.rival_angle,
             rival_distance=self.rival_distance,
             loop_tolerance=self.loop_tolerance,
@@ -107,43 +107,48 @@ class EvidenceJudge:
     ) -> Verdict:
         pose = registration.T_target_source
         evidence = weigh(meetings(source, target, pose))
-        reason = self.objection(evidence, registration, source, target, accepted)
-        confidence = evidence.probability
+        rival = self.rival(registration, source, target)
+        reason = self.objection(evidence, rival)
+        if reason is None and not self.closes(registration, source, target, accepted):
+            reason = "the loop through accepted registrations does not close"
+        odds, other = (p / max(1 - p, 1e-9) for p in (evidence.probability, rival))
+        confidence = odds / (1 + odds + other)  # one of the poses at most is right
         return Verdict(
             reason is None, 1 - confidence, 1 - self.min_probability, reason or evidence.reason,
             confidence, evidence.as_dict(),
         )  # fmt: skip
 
-    def objection(
+    def objection(self, evidence: Evidence, rival: float) -> str | None:
+        """Why the pose cannot be relied on, by itself and beside its best rival's probability."""
+        if evidence.ambiguous:
+            return evidence.reason
+        if rival > self.max_rival:
+            return "ambiguous: another pose is as probable"
+        return None if evidence.probability >= self.min_probability else evidence.reason
+
+    def closes(
         self,
-        evidence: Evidence,
         registration: Registration,
         source: View,
         target: View,
         accepted: Sequence[Registration],
-    ) -> str | None:
-        """Why the pose cannot be relied on, None where it can."""
-        if evidence.ambiguous or evidence.probability < self.min_probability:
-            return evidence.reason
-        pose = registration.T_target_source
-        joined = path(source.name, target.name, accepted)
-        if joined is not None:
-            allowed = self.loop_tolerance * source.scale.resolution * np.sqrt(joined[1] + 1)
-            if distance(source, pose, joined[0]) > allowed:
-                return "the loop through accepted registrations does not close"
-        if self.rivalled(evidence, registration, source, target):
-            return "ambiguous: another pose is as probable"
-        return None
-
-    def rivalled(
-        self, evidence: Evidence, registration: Registration, source: View, target: View
     ) -> bool:
-        """Whether a clearly different pose of the same pair is about as probable."""
-        for rival in self.different(registration, source):
-            other = weigh(meetings(source, target, rival))
-            if odds(other) * self.min_odds > odds(evidence):
-                return True
-        return False
+        """Whether the pose agrees with what accepted registrations say, where they do."""
+        joined = path(source.name, target.name, accepted)
+        if joined is None:
+            return True
+        allowed = self.loop_tolerance * source.scale.resolution * np.sqrt(joined[1] + 1)
+        return bool(distance(source, registration.T_target_source, joined[0]) <= allowed)
+
+    def rival(self, registration: Registration, source: View, target: View) -> float:
+        """The probability of the best of the clearly different poses, taken by itself."""
+        return max(
+            (
+                weigh(meetings(source, target, pose)).plausibility
+                for pose in self.different(registration, source)
+            ),
+            default=0.0,
+        )
 
     def different(self, registration: Registration, source: View) -> list[Array]:
         """The rivals that are clearly different from the pose."""
@@ -155,9 +160,3 @@ class EvidenceJudge:
             if np.rad2deg(se3.rotation_angle(rival, pose)) > self.rival_angle
             or distance(source, rival, pose) > apart
         ]
-
-
-def odds(evidence: Evidence) -> float:
-    """Probability of being right over that of being wrong; finite."""
-    wrong = max(1 - evidence.probability, 1e-9)
-    return evidence.probability / wrong
