@@ -105,11 +105,9 @@ def ambiguous(row: Row) -> str:
 
 
 def starred(row: Row, value: float, form: str) -> str:
-    """A median of errors, with a star where scans are missing from some of them."""
+    """A median of errors, with a star where scans are not in the reference's frame."""
     text = number(value, form)
-    return f"{text}\\*" if text and any(each.scans.left for each in row.known if each.scans) else (
-        text
-    )  # fmt: skip
+    return text if not text or all(each.now.complete for each in row.known) else f"{text}\\*"
 
 
 def jobs(row: Row) -> str:

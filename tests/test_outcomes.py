@@ -175,8 +175,9 @@ def test_a_bar_is_missed_by_a_little(tmp_path):
     }  # fmt: skip
 
 
-def test_errors_of_some_scans_only_are_starred(tmp_path):
-    orders(tmp_path, "bunny", [fabricate("abcde", objects=None)])
+@pytest.mark.parametrize("parts", [(), ("ef",)])
+def test_errors_of_some_scans_only_are_starred(tmp_path, parts):
+    orders(tmp_path, "bunny", [fabricate("abcd", objects=None, components=parts)])
     assert table_of(page(tmp_path, "orders"))[0]["e_R"] == "0.0040\\*"
 
 
