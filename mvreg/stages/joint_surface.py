@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mvreg.nearest import build_tree
+from mvreg.normals import facing_normals
 from mvreg.parallel import in_threads
 from mvreg.types import Array, Indices, View
 
@@ -117,19 +118,24 @@ class Surface:
         return (height - below) / steep, normals, np.sqrt((across**2).sum(axis=1))
 
 
-def surfaces(views: Sequence[View]) -> list[Surface]:
+def surfaces(views: Sequence[View], dense: bool = False) -> list[Surface]:
     """The surface of every view: of its scan's raw points, or of its own points where it has none.
 
-    Samples are the view's own points, evenly thinned where there are more than 5000.
+    Samples are the view's own points, evenly thinned where there are more than 5000; or every
+    second raw point, if `dense`.
     """
-    return in_threads(_surface, views)
+    return in_threads(lambda view: _surface(view, dense), views)
 
 
-def _surface(view: View) -> Surface:
-    step = max(1, -(-len(view.points) // MOST_SAMPLES))
-    samples, facing = view.points[::step], view.normals[::step]
+def _surface(view: View, dense: bool) -> Surface:
     raw = view.points if view.scan is None else view.scan.points
     tree = view.tree if view.scan is None else view.scan.tree
+    if dense and view.scan is not None:
+        samples = raw[::2]
+        facing = facing_normals(view.scan, samples, view.features)
+    else:
+        step = max(1, -(-len(view.points) // MOST_SAMPLES))
+        samples, facing = view.points[::step], view.normals[::step]
     share = len(raw) / len(samples)
     count = min(int(np.clip(COVER * share, FEWEST, MOST)), len(raw))
     _, indices = tree.query(samples, k=np.arange(1, count + 1))
