@@ -112,7 +112,8 @@ ROBUST = {
     "spoilt": RobustPage(
         "Noise, outliers, lost points, scans with few points",
         "Noise is along the line of sight, in resolutions: the mean distance of a scan's point to "
-        "the nearest other one. Outliers are a share of a scan's points, anywhere in its box. A "
+        "the nearest other one, as the scans come (3 of them are about one of the points that are "
+        "refined on). Outliers are a share of a scan's points, anywhere in its box. A "
         "sparse scan has a tenth of its points. All together: noise of a resolution, 20 % "
         "outliers, half of the points, one sparse scan.",
         {

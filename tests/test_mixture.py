@@ -146,6 +146,17 @@ def test_units_are_not_mixed():
         join([some("x", "ab"), some("y", "cd", unit="m")])
 
 
+def test_real_scans_are_mixed(data_root):
+    found = mvreg.dataset("mixture", 0, of=["bunny", "dragon"], keep=["all", "1"])
+    shown = list(found.objects.values())
+    assert (shown.count("bunny"), shown.count("dragon"), found.unit) == (10, 1, "mm")
+    # Side by side in the frame of their object, the Bunny's scans lie on each other.
+    bunny = [scan for scan in found.scans if found.objects[scan.name] == "bunny"]
+    moved = [se3.apply(found.poses[scan.name], scan.points) for scan in bunny]
+    lower, upper = np.min([p.min(axis=0) for p in moved], 0), np.max([p.max(0) for p in moved], 0)
+    assert (upper - lower).max() < 200
+
+
 def test_the_command_line_mixes(tmp_path, monkeypatch):
     from mvreg.__main__ import main
     from mvreg.report_file import load_report
