@@ -89,7 +89,7 @@ def build_report(
         "seconds": {**pair_seconds(result.pairs), **seconds},
         "errors": errors_row(errors),
         "consistency": consistency_row(consistency(result.poses, views)),
-        "grades": grade_row(assessment),
+        "grades": grade_row(assessment, resolution),
         "scans": [scan_row(scan.name, result, by_scan, assessment) for scan in scanset.scans],
         "links": link_rows(assessment, result, resolution),
         "pairs": pair_rows(result.pairs),

@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping, Sequence
 
 from mvreg.assessed import Assessment, LinkAssessment, ScanAssessment
-from mvreg.assessment import TOLERANCE
 from mvreg.evaluate import Consistency, PoseErrors, ScanError, consistency
 from mvreg.grade import (
     AMBER_CONFIDENCE,
@@ -134,11 +133,11 @@ def component_rows(
     return rows
 
 
-def grade_row(assessment: Assessment) -> Row:
+def grade_row(assessment: Assessment, resolution: float | None) -> Row:
     """What the grades mean: least values of a green scan, and of an amber one's confidence."""
     return {
         "tolerance": assessment.tolerance,
-        "tolerance_resolutions": TOLERANCE,
+        "tolerance_resolutions": assessment.tolerance / resolution if resolution else None,
         "confidence": GREEN_CONFIDENCE,
         "overlap": GREEN_OVERLAP,
         "within": GREEN_WITHIN,

@@ -12,7 +12,14 @@ from mvreg.contact import balance_of, contacts
 from mvreg.errors import InputError
 from mvreg.grade import Grade, grade
 from mvreg.testing import blob_scans
-from mvreg.testing.views import blob_views, degenerate_views, moved_view, scaled_pose, scaled_view
+from mvreg.testing.views import (
+    blob_views,
+    degenerate_views,
+    moved_view,
+    pipeline,
+    scaled_pose,
+    scaled_view,
+)
 from mvreg.types import Result
 
 
@@ -47,6 +54,19 @@ def test_right_poses_are_green():
         assert 0 < scan.rms < found.tolerance
         assert scan.uncertainty is None
     assert found.tolerance == TOLERANCE * blob_views()[0].scale.resolution
+
+
+def test_the_tolerance_follows_the_noise():
+    """Right poses of noisy scans are within it too, and those of scans without are not laxer."""
+    quiet, noisy = (
+        pipeline().prepare(blob_scans(3, noise=noise).scans, np.random.default_rng(0))
+        for noise in (0.02, 1.0)
+    )
+    resolution = quiet[0].scale.resolution
+    assert assess(result(), quiet).tolerance == TOLERANCE * resolution
+    found = assess(result(), noisy)
+    assert TOLERANCE * resolution < found.tolerance < 2 * resolution
+    assert all(scan.within > 0.8 for scan in found.scans.values())
 
 
 def test_pairs_that_overlap_are_listed_once():
@@ -159,7 +179,7 @@ def test_a_library_user_may_pass_scans():
 
 @pytest.mark.parametrize("kind", sorted(degenerate_views()))
 def test_poor_scans_get_an_honest_answer(kind):
-    poor = degenerate_views()[kind]
+    poor = replace(degenerate_views()[kind], name="poor")
     poses = {**truth(), poor.name: truth()["blob_0"]}
     scan = assess(result(poses), [*blob_views(), poor]).scans[poor.name]
     numbers = [scan.overlap, *scan.balance, *(x for x in (scan.within, scan.rms) if x is not None)]
