@@ -41,6 +41,7 @@ def scan_row(
         "overlap": pair.overlap if pair else None,
         "trimmed_rmse": math.sqrt(mse) if mse is not None else None,
         "reason": reason_of(pair, placed=number is not None),
+        "pair_confidence": pair.verdict.confidence if pair else None,
         "assessment": assessment_row(found) if found else None,
         "errors": error_row(error) if error else None,
     }
@@ -127,6 +128,7 @@ def component_rows(
             "poses": dict(poses),
             "attempts": attempts,
             "reason": reason_of(pair, placed=False),
+            "pair_confidence": pair.verdict.confidence if pair else None,
             "errors": errors_row(error),
             "consistency": consistency_row(consistency(poses, views)),
         })  # fmt: skip

@@ -180,9 +180,14 @@ def test_partial_models_have_tables_of_their_own_below_the_first():
     assert first.index("overlap") == second.index("overlap")
     assert "placed 2 of 6 scans (2 more in 1 other component) with 5 pairs" in out
     assert "component 2: e_R 0.0000 (max 0.0000), e_t 0.250 mm (max 0.500 mm)\n" in out
-    assert "component 2 was not joined to the first: 2 attempts; the closest: too little" in out
-    assert "s.ply was not placed: 1 attempt; the closest: ambiguous: another pose" in out
-    assert "x.ply was not placed: 1 attempt; the closest: accepted at first, and taken" in out
+    assert (
+        "component 2 was not joined to the first: 2 attempts; the closest (confidence 0.40): too"
+        in out
+    )
+    assert "s.ply was not placed: 1 attempt; the closest (confidence 0.80): ambiguous: " in out
+    assert (
+        "x.ply was not placed: 1 attempt; the closest (confidence 0.91): accepted at first" in out
+    )
 
 
 def test_colours_are_explained_and_words_stand_for_them():

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mvreg.observers.wording import count, length, number, unit
+from mvreg.observers.wording import confidence, count, length, number, unit
 
 if TYPE_CHECKING:
     from rich.text import Text
@@ -108,8 +108,12 @@ def _left_over(report: Report) -> list[str]:
 
 
 def _tried(found: Report) -> str:
-    reason = f"; the closest: {found['reason']}" if found.get("reason") else ""
-    return f"{count(found.get('attempts', 0), 'attempt')}{reason}"
+    attempts = count(found.get("attempts", 0), "attempt")
+    if not found.get("reason"):
+        return attempts
+    known = found.get("pair_confidence")
+    sure = "" if known is None else f" (confidence {confidence(known)})"
+    return f"{attempts}; the closest{sure}: {found['reason']}"
 
 
 def _folder_lines(folder: Path) -> list[str]:
