@@ -10,10 +10,13 @@ from statistics import median
 from measured import Measured, measured
 from placements import Placements
 from runs import Run
-from tables import markdown, number
+from tables import markdown, number, public
 from truth import placements_of
 
 from mvreg.errors import InputError
+
+#: More runs than these are counted, not named.
+MOST_NAMED = 6
 
 
 @dataclass(frozen=True)
@@ -175,7 +178,15 @@ def false_placements(found: Sequence[Row]) -> list[str]:
     return lines or (["None."] if any(row.known for row in found) else [])
 
 
-def gaps(found: Sequence[Row]) -> list[Run]:
-    """The runs of which it is not known where their scans ended."""
-    runs = [each.run for row in found for each in row.outcomes if each.scans is None]
-    return [run if run.error else replace(run, error="no truth is known") for run in runs]
+def gaps(found: Sequence[Row]) -> list[str]:
+    """Why it is not known where the scans of runs ended: each reason once, with its runs."""
+    named: dict[str, list[str]] = {}
+    for row in found:
+        for run in (each.run for each in row.outcomes if each.scans is None):
+            name = " ".join(override.partition("=")[2] for override in run.overrides)
+            reason = public(run.error or "no truth is known")
+            named.setdefault(reason, []).append(f"{row.experiment} {name}")
+    return [
+        f"- {reason}: {'; '.join(names) if len(names) <= MOST_NAMED else f'{len(names)} runs'}"
+        for reason, names in named.items()
+    ]

@@ -167,7 +167,7 @@ def judged(model: Poses, truth: Truth, tolerance: Tolerance) -> tuple[list[str],
 
 
 def main(folders: Sequence[str]) -> None:
-    """Print what is placed how in each run folder."""
+    """Print how many scans each run placed how, and which falsely or not."""
     from pathlib import Path
 
     from runs import read
@@ -182,7 +182,9 @@ def main(folders: Sequence[str]) -> None:
         counts = len(found.right), len(found.false), len(found.left)
         print(f"{folder}: {counts[0]} right, {counts[1]} falsely, {counts[2]} not")
         for each in found.false:
-            print(f"  {each}")
+            print(f"  falsely: {each}")
+        if found.left:
+            print(f"  not: {', '.join(found.left)}")
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ from printed import SOURCE
 from robust_pages import ROBUST, RobustPage
 from runs import ROOT, Run, planned
 from sources import sources
-from tables import gaps, jobs, reasons, table
+from tables import gaps, jobs, table
 
 RESULTS = Path(__file__).resolve().parent / "results"
 IMAGES = (".svg", ".png")
@@ -125,7 +125,7 @@ def robust_text(
     lines += section("Bars", page.bars(found))
     lines += section("Claims", [str(claim) for claim in page.check(found)])
     lines += section("False placements", outcomes.false_placements(found))
-    lines += section("Without a result", reasons(outcomes.gaps(found)))
+    lines += section("Without a result", outcomes.gaps(found))
     lines += section("Figures", pictures(name, out))
     return lines + section("Measured", sources([run for part in parts.values() for run in part]))
 

@@ -172,18 +172,14 @@ def markdown(heads: Sequence[str], rows: Sequence[Sequence[str]], left: int = 1)
 
 def gaps(rows: Sequence[Job]) -> list[str]:
     """Why rows are empty: each reason once, with the jobs that it is the reason of."""
-    return reasons([job.run for job in rows if job.run.error is not None], len(rows))
-
-
-def reasons(runs: Sequence[Run], total: int = 0) -> list[str]:
-    """Why runs have no result: each reason once, with its runs; "all" if they are so many."""
-    found: dict[str, list[str]] = {}
-    for run in runs:
-        name = " ".join(override.partition("=")[2] for override in run.overrides)
-        found.setdefault(public(run.error or ""), []).append(name)
+    reasons: dict[str, list[str]] = {}
+    for job in rows:
+        if job.run.error is not None:
+            name = " ".join(override.partition("=")[2] for override in job.run.overrides)
+            reasons.setdefault(public(job.run.error), []).append(name)
     return [
-        f"- {reason}: {'all' if len(names) == total else ', '.join(names)}"
-        for reason, names in found.items()
+        f"- {reason}: {'all' if len(names) == len(rows) else ', '.join(names)}"
+        for reason, names in reasons.items()
     ]
 
 

@@ -80,8 +80,8 @@ def test_every_scan_is_counted_once(tmp_path):
     text = page(tmp_path, "mixtures")
     (row,) = [row for row in table_of(text) if row["scans of"] == "drawn at random"]
     assert row == {
-        "scans of": "drawn at random", "objects": "", "scans": "24", "runs": "4 of 50",
-        "right": "15", "falsely": "2", "not placed": "7", "pairs / N": "1.00",
+        "scans of": "drawn at random", "objects": "", "of each": "", "scans": "24",
+        "runs": "4 of 50", "right": "15", "falsely": "2", "not placed": "7", "pairs / N": "1.00",
         "confidence": "0.900 to 0.990", "of the false": "0.400 to 0.400",
     }  # fmt: skip
     assert "e_R |" not in text  # of several objects
@@ -108,12 +108,11 @@ def test_claims_hold_until_one_scan_is_wrong(tmp_path):
     leave(tmp_path, "subsets", (*jobs, "rng=0"), fabricate())
     text = page(tmp_path, "subsets")
     (claim,) = claims(text)
-    assert claim[0] == "holds" and "subsets [bunny] 0 (runs: 1)" in claim[1]
-    assert "subsets [dragon] not measured" in claim[1]
+    assert claim[0] == "holds" and claim[1].endswith(": subsets 0 in 1 of 102 runs.")
     assert "## False placements\n\nNone.\n" in text
     leave(tmp_path, "subsets", (*jobs, "rng=1"), fabricate("ab", wrong="b"))
     ((verdict, claim),) = claims(page(tmp_path, "subsets"))
-    assert verdict == "does not hold" and "*subsets [bunny] 2 (runs: 2)*" in claim
+    assert verdict == "does not hold" and "*subsets 2 in 2 of 102 runs*" in claim
     ((verdict, _),) = claims(page(tmp_path, "spoilt"))
     assert verdict == "not measured"
     assert "## False placements" not in page(tmp_path, "spoilt")
@@ -125,7 +124,7 @@ def test_a_foreign_scan_has_a_claim_of_its_own(tmp_path):
     leave(tmp_path, "mixtures_foreign", [each.format(3) for each in jobs], fabricate("abce"))
     (every, _), (one, text) = claims(page(tmp_path, "mixtures"))
     assert (every, one) == ("does not hold", "holds")
-    assert "mixtures_foreign [bunny,dragon] [all,1] 0" in text
+    assert text.endswith(": mixtures_foreign 0 in 1 of 6 runs.")
 
 
 def test_what_cannot_be_placed_must_not_be(tmp_path):
@@ -187,13 +186,15 @@ def test_what_was_not_run_or_cannot_be_judged_is_said(tmp_path):
     leave(tmp_path, "subsets", named[0], error="dataset.of='bunny' is not on this machine")
     report = fabricate()
     del report["truth"]
-    report["config"]["dataset"] = {"of": "no such"}
+    report["config"]["dataset"] = {"of": ["nothing"]}
     leave(tmp_path, "subsets", named[1], report)
     leave(tmp_path, "subsets", named[2], {**fabricate(), "truth": None})
     text = page(tmp_path, "subsets")
     part = text.partition("## Without a result")[2]
-    assert "is not on this machine: auto mixture [bunny] 0" in part
-    assert "no truth is known: auto mixture [bunny] 2" in part
+    assert "is not on this machine: subsets auto mixture [bunny] 0\n" in part
+    assert "dataset.of='nothing': dataset=nothing is not registered" in part
+    assert "- no truth is known: subsets auto mixture [bunny] 2\n" in part
+    assert "- not run: 99 runs" in part
     assert table_of(text)[0] == {"data set": "[bunny]", "runs": "0 of 34"}
 
 

@@ -142,7 +142,7 @@ def test_the_truth_of_a_run_is_loaded_again(tmp_path, capsys):
     assert sorted(found.right) == [f"tiny_sphere_{i:02d}" for i in range(3)]
     assert sorted(e.scan for e in found.false) == ["tiny_blob-0_00", "tiny_blob-0_01"]
     placements.main([str(tmp_path)])
-    assert "3 right, 2 falsely, 0 not\n  tiny_blob-0_0" in capsys.readouterr().out
+    assert "3 right, 2 falsely, 0 not\n  falsely: tiny_blob-0_0" in capsys.readouterr().out
     placements.main([str(tmp_path / "nothing")])
     assert "nothing: not run" in capsys.readouterr().out
 
