@@ -41,6 +41,9 @@ class Evidence:
         "known", "estimated" or "none": what the violation rests on.
     stability : float
         How firmly the overlap holds, whatever way it is pushed; see `mvreg.stages.judge.stability`.
+    pull : float
+        How far the overlap asks the source to move to fit best (resolutions, about the root mean
+        square of the points' motion); about 0 after a refinement.
     points : int
         How many points meet.
     """
@@ -52,6 +55,7 @@ class Evidence:
     violation: float | None
     sensor: str
     stability: float
+    pull: float
     points: int
 
     @property
@@ -64,8 +68,10 @@ class Evidence:
         """The same, whether or not the overlap can slide along itself."""
         if self.points < LEAST_POINTS:
             return 0.0
-        measured = (self.overlap, self.residual, self.noise, self.agreement, self.violation)
-        return probability(features(*measured), self.sensor)
+        measured = features(
+            self.overlap, self.residual, self.noise, self.agreement, self.violation, self.pull
+        )
+        return probability(measured, self.sensor)
 
     @property
     def ambiguous(self) -> bool:
@@ -120,9 +126,10 @@ def weigh(meetings: Sequence[Meeting]) -> Evidence:
     both = [side for pair in sides for side in pair]
     points = sum(int(side.met.sum()) for side in both)
     near = sum(side.near for side in both)
-    squared = sum(side.squared for side in both)
+    squared = sum(float((side.heights**2).sum()) / (side.floor**2 or 1.0) for side in both)
     noise = sum(side.floor**2 * int(side.met.sum()) for side in both)
     violation, sensor = free_space(both)
+    stability, pull = firmness(meetings, sides)
     return Evidence(
         overlap=most_covered(meetings, sides),
         residual=float(np.sqrt(squared / points)) if points else 0.0,
@@ -130,6 +137,7 @@ def weigh(meetings: Sequence[Meeting]) -> Evidence:
         agreement=points / near if near else 0.0,
         violation=violation,
         sensor=sensor,
-        stability=firmness(meetings, sides),
+        stability=stability,
+        pull=pull,
         points=points,
     )

@@ -120,8 +120,8 @@ class Side:
         Which of the points lie on the surface, normals agreeing.
     near : int
         How many are that near, whatever their normals.
-    squared : float
-        Sum of the squared point-to-plane distances of those met, in units of the noise floor.
+    heights : (M,) array
+        Signed distances of those met to the other's planes (resolutions).
     spots, own, planes : (M, 3) arrays
         Where they meet, their own normals and the other's there, in the frame of their view.
     consistent, front : int
@@ -137,7 +137,7 @@ class Side:
 
     met: Flags
     near: int
-    squared: float
+    heights: Array
     spots: Array
     own: Array
     planes: Array
@@ -161,17 +161,17 @@ def look(moving: View, still: View, T_still_moving: Array) -> Side:
         cosines = np.abs(cosines)
     agree = cosines > LEAST_COSINE
     chosen, planes = near[agree], planes[agree]
-    heights = ((points[chosen] - still.points[partners[agree]]) * planes).sum(axis=1)
-    floor = np.sqrt((here.floor**2 + there.floor**2) / 2)
+    unit = moving.scale.resolution or 1.0
+    heights = ((points[chosen] - still.points[partners[agree]]) * planes).sum(axis=1) / unit
+    floor = np.sqrt((here.floor**2 + there.floor**2) / 2) / unit
     met = np.zeros(len(points), dtype=bool)
     met[chosen] = True
     consistent, front = _seen(there.image, points, still)
     return Side(
-        met, len(near),
-        float(((heights / floor) ** 2).sum()) if floor else 0.0,
+        met, len(near), heights,
         here.points[chosen], here.normals[chosen], planes @ T_still_moving[:3, :3],
         consistent, front,
-        there.image is not None, there.known, float(floor) / (moving.scale.resolution or 1.0),
+        there.image is not None, there.known, float(floor),
     )  # fmt: skip
 
 

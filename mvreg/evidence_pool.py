@@ -11,6 +11,9 @@ from mvreg import se3
 from mvreg.evidence_measure import Flags, Side
 from mvreg.types import Array, View
 
+#: Of `best_step`, in units of the mean eigenvalue: `mvreg.stages.plane_icp` takes the same.
+DAMPING = 1e-3
+
 
 @dataclass(frozen=True, eq=False)
 class Meeting:
@@ -53,26 +56,60 @@ def most_covered(meetings: Sequence[Meeting], sides: Sequence[tuple[Side, Side]]
     return max((float(met.mean()) for met in covered.values() if len(met)), default=0.0)
 
 
-def firmness(meetings: Sequence[Meeting], sides: Sequence[tuple[Side, Side]]) -> float:
-    """How firmly all that meets in one frame holds, whatever way it is pushed.
+def firmness(
+    meetings: Sequence[Meeting], sides: Sequence[tuple[Side, Side]]
+) -> tuple[float, float]:
+    """How firmly all that meets in one frame holds, and how far it asks to be moved.
 
-    As `mvreg.stages.judge.stability`, the smallest eigenvalue of the mean of ``J^T J``, but with
-    one J from the normals of either scan: their noise, which is independent, then adds nothing. A
-    sphere would look firm else, for its noisy normals.
+    Returns
+    -------
+    stability : float
+        See `smallest_eigenvalue`.
+    pull : float
+        See `best_step` (resolutions). Where there is no frame for all, both are those of the scan
+        that is held most firmly.
     """
-    groups: dict[int, list[tuple[Array, Array, Array]]] = {}
+    groups: dict[int, list[tuple[Array, Array, Array, Array]]] = {}
     for (group, frame), meeting, (ahead, back) in zip(
         _frames(meetings), meetings, sides, strict=True
     ):
         home = frame @ se3.invert(meeting.T_target_source)  # `back` is in the target's frame
-        for side, transform in ((ahead, frame), (back, home)):
-            turn = transform[:3, :3].T
-            spots = se3.apply(transform, side.spots)
-            groups.setdefault(group, []).append((spots, side.own @ turn, side.planes @ turn))
-    return max(
-        (_smallest(*map(np.concatenate, zip(*group, strict=True))) for group in groups.values()),
-        default=0.0,
-    )
+        for side, transform, sign in ((ahead, frame, 1.0), (back, home, -1.0)):
+            turn, spots = transform[:3, :3].T, se3.apply(transform, side.spots)
+            met = (spots, side.own @ turn, side.planes @ turn, sign * side.heights)
+            groups.setdefault(group, []).append(met)
+    found = [_firmness(*map(np.concatenate, zip(*g, strict=True))) for g in groups.values()]
+    return max(found, default=(0.0, 0.0))
+
+
+def _firmness(points: Array, first: Array, second: Array, heights: Array) -> tuple[float, float]:
+    """Stability and pull, for points (N, 3), two estimates of the unit normals, and heights."""
+    if not len(points):
+        return 0.0, 0.0
+    points = points - points.mean(axis=0)
+    radius = np.sqrt((points**2).sum(axis=1).mean()) or 1.0
+    one, two = (np.hstack([np.cross(points / radius, n), n]) for n in (first, second))
+    return smallest_eigenvalue(one, two), best_step(two, heights)
+
+
+def smallest_eigenvalue(first: Array, second: Array) -> float:
+    """Of the mean of ``J^T J``, as `mvreg.stages.judge.stability`; 0 where something slides.
+
+    But one J (N, 6) is from the normals of either scan: their noise, which is independent, then
+    adds nothing. A sphere would look firm else, for its noisy normals.
+    """
+    product = first.T @ second / len(first)
+    return max(float(np.linalg.eigvalsh((product + product.T) / 2)[0]), 0.0)
+
+
+def best_step(jacobian: Array, heights: Array) -> float:
+    """The length of the damped step (Gauss and Newton's) that closes the heights (N,) best."""
+    normal = jacobian.T @ jacobian
+    damping = DAMPING * np.trace(normal) / 6
+    if not damping > 0:
+        return 0.0
+    step = np.linalg.solve(normal + damping * np.eye(6), jacobian.T @ heights)
+    return float(np.linalg.norm(step))
 
 
 def _frames(meetings: Sequence[Meeting]) -> list[tuple[int, Array]]:
@@ -83,14 +120,3 @@ def _frames(meetings: Sequence[Meeting]) -> list[tuple[int, Array]]:
     if len(set(sources)) > 1 and len({id(m.target) for m in meetings}) == 1:
         return [(0, m.T_target_source) for m in meetings]
     return [(sources.index(source), np.eye(4)) for source in sources]
-
-
-def _smallest(points: Array, first: Array, second: Array) -> float:
-    """The smallest eigenvalue for points (N, 3) and two estimates of the unit normals there."""
-    if not len(points):
-        return 0.0
-    points = points - points.mean(axis=0)
-    radius = np.sqrt((points**2).sum(axis=1).mean()) or 1.0
-    one, two = (np.hstack([np.cross(points / radius, n), n]) for n in (first, second))
-    product = one.T @ two / len(points)
-    return max(float(np.linalg.eigvalsh((product + product.T) / 2)[0]), 0.0)

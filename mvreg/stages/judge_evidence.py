@@ -78,7 +78,7 @@ class EvidenceJudge:
         registrations in the loop.
     """
 
-    min_probability: float = 0.9
+    min_probability: float = 0.95
     max_rival: float = 0.3
     rival_angle: float = 10.0
     rival_distance: float = 3.0
