@@ -11,6 +11,9 @@ from pathlib import Path
 
 from mvreg.errors import InputError
 
+#: Lines of the help are no longer than this.
+WIDTH = 100
+
 USAGE = """\
 mvreg finds the poses of unordered range scans, with no initial guess.
 
@@ -54,8 +57,16 @@ def usage() -> int:
         f"  {'' if group in KINDS else '+'}{group}={'|'.join(names)}"
         for group, names in choices().items()
     ]
-    sys.stdout.write(USAGE.format(choices="\n".join(lines)))
+    sys.stdout.write(USAGE.format(choices="\n".join(map(wrapped, lines))))
     return 0
+
+
+def wrapped(line: str) -> str:
+    """A long list of choices in several lines, broken after a bar."""
+    cut = line.rfind("|", 0, WIDTH) + 1
+    if len(line) <= WIDTH or not cut:
+        return line
+    return f"{line[:cut]}\n" + wrapped(f"      {line[cut:]}")
 
 
 def version() -> int:
