@@ -127,10 +127,8 @@ class Side:
     consistent, front : int
         Points that lie on what the other's sensor saw, and those in front of it, in what it saw to
         be free.
-    told : bool
-        False where nothing can be told of the other's sensor.
-    known : bool
-        Whether the other scan itself says where its sensor was.
+    told, known : bool
+        False where nothing can be told of the other's sensor; `known` where the scan says it.
     floor : float
         The noise floor of the two views (resolutions).
     """
