@@ -71,18 +71,20 @@ def bars(rows: Sequence[Row]) -> list[str]:
         if (goal := GOALS.get(row.values[0])) is None:
             continue
         wanted, right = ORDERS * goal.scans, row.count("right")
-        lines.append((row.values[0], "scans placed right", str(right) if row.known else "",
-                      str(wanted), right >= wanted))  # fmt: skip
-        for name, value, most, form in (
-            ("median e_R", row.median(lambda each: each.now.rotation), goal.rotation, ".4f"),
-            ("median e_t (mm)", row.median(lambda each: each.now.translation),
-             goal.translation, ".3f"),
-            ("median pairs / N", row.median(lambda each: each.pairs_per_scan), goal.pairs, ".2f"),
-        ):  # fmt: skip
-            lines.append((row.values[0], name, number(value, form), f"{most:{form}}",
-                          value <= most))  # fmt: skip
-    cells = [(*line[:4], "yes" if line[4] else "**no**" if line[2] else "") for line in lines]
-    return markdown(("data set", "", "ours", "bar", "reached"), cells, 2)
+        rotation = row.median(lambda each: each.now.rotation)
+        shift = row.median(lambda each: each.now.translation)
+        pairs = row.median(lambda each: each.pairs_per_scan)
+        measures: list[tuple[str, float, float, bool, str]] = [
+            ("scans placed right", right, wanted, right >= wanted, ".0f"),
+            ("median e_R", rotation, goal.rotation, rotation <= goal.rotation, ".4f"),
+            ("median e_t (mm)", shift, goal.translation, shift <= goal.translation, ".3f"),
+            ("median pairs / N", pairs, goal.pairs, pairs <= goal.pairs, ".2f"),
+        ]
+        for name, value, bar, reached, form in measures:
+            ours = number(value, form) if row.known else ""
+            verdict = "not all run" if len(row.known) < ORDERS else "yes" if reached else "**no**"
+            lines.append((row.values[0], name, ours, f"{bar:{form}}", verdict))
+    return markdown(("data set", "", "ours", "bar", "reached"), lines, 2)
 
 
 SETS = {"dataset": "data set"}
