@@ -26,7 +26,7 @@ from roc import area
 from runs import ROOT
 from style import save, styled
 
-from mvreg.evidence import LEAST_POINTS, LEAST_STABILITY
+from mvreg.evidence import LEAST_PLAUSIBILITY, LEAST_POINTS, LEAST_STABILITY
 from mvreg.evidence_weights import CENTRE, FEATURES
 from mvreg.stages.judge_evidence import EvidenceJudge
 from mvreg.types import Array
@@ -56,8 +56,9 @@ different objects are registered with each other, and all is wrong; "~noise" has
 spacing along every axis. Probabilities are by weights fitted to poses of other objects only.
 
 AUC is the area under the ROC curve; "right accepted" and "wrong accepted" are at the judge's
-threshold, {threshold:g}. Poses that hardly meet or can slide along themselves are told before any
-probability is asked for, and are accepted by nobody; they count in "poses", and as not accepted.
+threshold, {threshold:g}. Where scans hardly meet, and where what fits can slide along itself, the
+probability is 0. Most right poses that are not accepted are the truth's own, refined, of scans that
+share a quarter of their points or less, which the search does not find.
 
 | sensors | group | poses | right | AUC | right accepted | wrong accepted | most probable wrong |
 |---|---|---|---|---|---|---|---|
@@ -72,27 +73,29 @@ class Judged:
     chances: Array
 
 
-def told(row: Row) -> bool:
-    """Whether a probability is asked for: the scans meet, and the overlap holds."""
-    return row.points >= LEAST_POINTS and row.stability >= LEAST_STABILITY
+def firm(row: Row) -> bool:
+    """Whether the overlap cannot slide along itself."""
+    return row.stability >= LEAST_STABILITY
 
 
-def sample(rows: Sequence[Row]) -> Sample:
-    """What is fitted to: the poses that a probability is asked for."""
-    chosen = [row for row in rows if told(row)]
+def sample(rows: Sequence[Row], *, sliding: bool = True) -> Sample:
+    """The poses under which scans meet; those that can slide only if asked for."""
+    chosen = [row for row in rows if row.points >= LEAST_POINTS and (sliding or firm(row))]
     features = np.array([row.features for row in chosen]).reshape(-1, len(FEATURES))
     return Sample(features, np.array([row.right for row in chosen], dtype=bool))
 
 
 def judge(groups: Mapping[str, Sequence[Row]], without: Sequence[int]) -> dict[str, Judged]:
-    """Cross-validated probabilities of all poses of all groups; 0 of those told before."""
-    samples = {name: sample(rows) for name, rows in groups.items()}
-    samples = {name: one for name, one in samples.items() if len(one.right)}
+    """Cross-validated probabilities of all poses of all groups, 0 where ambiguous."""
+    learnt = {name: sample(rows, sliding=False) for name, rows in groups.items()}
+    asked = {name: sample(rows).features for name, rows in groups.items()}
     found = {}
-    for name, chances in cross_validated(samples, np.array(CENTRE), without).items():
+    for name, chances in cross_validated(learnt, asked, np.array(CENTRE), without).items():
         rows = groups[name]
         every = np.zeros(len(rows))
-        every[[told(row) for row in rows]] = chances
+        every[[row.points >= LEAST_POINTS for row in rows]] = chances
+        slides = ~np.array([firm(row) for row in rows], dtype=bool)
+        every[slides & (every > LEAST_PLAUSIBILITY)] = 0.0
         found[name] = Judged(np.array([row.right for row in rows], dtype=bool), every)
     return found
 
@@ -121,7 +124,9 @@ def main(names: Sequence[str]) -> None:
         groups = {group: rows_of(group, blind, FOLDER) for group in names}
         judged[setting] = judge(groups, without)
         lines += [line(setting, *item, threshold) for item in judged[setting].items()]
-        fitted = fit([sample(rows) for rows in groups.values()], np.array(CENTRE), without)
+        fitted = fit(
+            [sample(rows, sliding=False) for rows in groups.values()], np.array(CENTRE), without
+        )
         weights.append(f'    "{setting}": ({", ".join(f"{weight:.2f}" for weight in fitted)}),')
     head = HEAD.format(version=version("mvreg"), date=date.today(), threshold=threshold)
     (RESULTS / "evidence.md").write_text(head + "\n".join(lines) + "\n", "utf-8")

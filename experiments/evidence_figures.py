@@ -63,7 +63,7 @@ def draw_roc(judged: Mapping[str, Mapping[str, Judged]]) -> Figure:
         if not axis.lines:
             absent(axis, "not run", name)
             continue
-        axis.set(xlim=(-0.001, 0.05), ylim=(0.5, 1.005))
+        axis.set(xlim=(-0.001, 0.05), ylim=(0.3, 1.01))
         axis.legend(loc="lower right", fontsize=7, title="AUC", title_fontsize=7)
     figure.supxlabel(f"wrong poses accepted (share); marks: at {threshold:g}", fontsize=8.5)
     figure.supylabel("right poses accepted (share)", fontsize=8.5, x=0.01)
@@ -84,9 +84,15 @@ def draw_reliability(judged: Mapping[str, Mapping[str, Judged]]) -> Figure:
         axis.plot(mean, share, style, color=colour, marker=marker, label=label)
         if setting == "known":
             for x, y, number in zip(mean, share, count, strict=True):
-                axis.annotate(str(number), (x, y), (4, -9), textcoords="offset points", fontsize=7)
+                axis.annotate(
+                    str(number),
+                    (x, y),
+                    (5, -4) if x > 0.1 else (6, 3),
+                    textcoords="offset points",
+                    fontsize=7,
+                )
     axis.set(xlabel="probability, by weights fitted to other objects", ylabel="share that is right",
-             xlim=(-0.02, 1.04), ylim=(-0.03, 1.03))  # fmt: skip
+             xlim=(-0.02, 1.07), ylim=(-0.03, 1.03))  # fmt: skip
     axis.legend(loc="upper left")
     figure.subplots_adjust(left=0.11, right=0.98, bottom=0.15, top=0.97)
     return figure

@@ -88,14 +88,20 @@ def objects(group: str) -> set[str]:
 
 
 def cross_validated(
-    samples: Mapping[str, Sample], centre: Array, without: Sequence[int] = ()
+    samples: Mapping[str, Sample],
+    asked: Mapping[str, Array],
+    centre: Array,
+    without: Sequence[int] = (),
 ) -> dict[str, Array]:
-    """Probabilities of each group's poses by weights fitted to groups of other objects only."""
+    """Probabilities of each group's features `asked` (P, F), fitted to other objects' samples."""
     found = {}
-    for group, sample in samples.items():
-        others = [s for name, s in samples.items() if not objects(name) & objects(group)]
+    for group, features in asked.items():
+        others = [
+            one for name, one in samples.items()
+            if not objects(name) & objects(group) and len(one.right)
+        ]  # fmt: skip
         if any(other.right.any() for other in others):
-            found[group] = predict(fit(others, centre, without), sample.features, centre)
+            found[group] = predict(fit(others, centre, without), features, centre)
     return found
 
 

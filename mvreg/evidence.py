@@ -16,6 +16,8 @@ from mvreg.evidence_weights import features, probability
 #: Less is held too loosely. Pairs of a sphere, a cylinder and a bottle have 0.004 at most, with
 #: noise of two spacings of the raw points; of the Bunny 0.02 and more.
 LEAST_STABILITY = 0.005
+#: What fits no better than this is no question of sliding: it does not fit.
+LEAST_PLAUSIBILITY = 0.3
 #: Fewer points that meet say nothing.
 LEAST_POINTS = 50
 
@@ -75,8 +77,8 @@ class Evidence:
 
     @property
     def ambiguous(self) -> bool:
-        """Whether the overlap can slide along itself, as on a sphere, a plane or a cylinder."""
-        return self.points >= LEAST_POINTS and self.stability < LEAST_STABILITY
+        """Whether the overlap fits and can slide along itself, as on a sphere or a cylinder."""
+        return self.stability < LEAST_STABILITY and self.plausibility > LEAST_PLAUSIBILITY
 
     @property
     def reason(self) -> str:

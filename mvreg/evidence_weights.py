@@ -11,9 +11,9 @@ FEATURES = ("overlap", "residual", "misfit", "agreement", "violation", "pull")
 #: Intercept and weights, by what is known of the sensors: what the scans say, what their points
 #: tell (`mvreg.sensor_estimate`), nothing.
 WEIGHTS: dict[str, tuple[float, ...]] = {
-    "known": (1.80, 0.50, -1.13, -0.72, 0.25, -2.36, -2.15),
-    "estimated": (2.36, 0.50, -1.71, -0.50, 0.25, -1.75, -2.34),
-    "none": (1.76, 0.50, -1.15, -3.65, 0.25, 0.00, -1.33),
+    "known": (1.90, 0.50, -1.58, -0.61, 0.25, -2.35, -1.84),
+    "estimated": (1.55, 0.50, -1.10, -0.80, 0.25, -2.18, -1.94),
+    "none": (1.89, 0.50, -1.32, -3.30, 0.25, 0.00, -1.39),
 }
 #: Shares are kept so far from 0 and 1, so that logarithms stay finite.
 LEAST_SHARE = 0.005
