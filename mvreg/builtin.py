@@ -40,6 +40,7 @@ def mvreg_stages() -> dict[str, type]:
         "downsample/paper": downsample.PaperDownsample,
         "downsample/stride": downsample.StrideDownsample,
         "downsample/voxel": downsample.VoxelDownsample,
+        "downsample/grid": downsample.GridDownsample,
         "describe/spectrum": describe.SpectrumDescribe,
         "describe/eigenvalues": describe.EigenvaluesDescribe,
         "describe/none": describe.NoDescribe,

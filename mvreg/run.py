@@ -100,13 +100,13 @@ def as_scans(scans: Sequence[Scan | Array] | ScanSet) -> tuple[Scan, ...]:
     )
 
 
-def load_method(name: str = "default", changes: Mapping[str, object] | None = None) -> Method:
+def load_method(name: str = "auto", changes: Mapping[str, object] | None = None) -> Method:
     """The stages of a named method, as the command line would compose them.
 
     Parameters
     ----------
     name : str
-        A method's name, as in ``+method=fcpma``; "default" is what runs without one.
+        A method's name, as in ``+method=fcpma``; "auto" is what runs without one.
     changes : mapping, optional
         Other stages or parameters: ``{"refine": "icp", "seed.top_fraction": 0.5}``.
 
@@ -117,7 +117,7 @@ def load_method(name: str = "default", changes: Mapping[str, object] | None = No
     """
     from mvreg.config import compose
 
-    chosen = [] if name == "default" else [f"+method={spelled(name)}"]
+    chosen = [] if name == "auto" else [f"+method={spelled(name)}"]
     return method_from(compose([*chosen, *overrides_from(changes or {})]))
 
 
@@ -157,7 +157,7 @@ def dataset(name: str, rng: int = 0, **parameters: object) -> ScanSet:
 
 def register(
     scans: Sequence[Scan | Array] | ScanSet,
-    method: str | Method = "default",
+    method: str | Method = "auto",
     rng: int = 0,
     changes: Mapping[str, object] | None = None,
     observers: Sequence[object] = (),

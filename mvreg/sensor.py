@@ -97,6 +97,16 @@ class RangeImage:
         unit = away / np.maximum(length, np.finfo(float).tiny)[:, None]
         return Rays(self.distance * unit, -length)
 
+    def towards(self, points: Array) -> Array:
+        """Unit vectors (M, 3) from points in the scan's frame towards the sensor."""
+        if self.direction is not None:
+            return np.broadcast_to(self.direction, points.shape)
+        assert self.origin is not None
+        away = self.origin - points
+        length = np.linalg.norm(away, axis=1, keepdims=True)
+        unit: Array = away / np.maximum(length, np.finfo(float).tiny)
+        return unit
+
     @cached_property
     def seen(self) -> Rays:
         """The scan's own rays."""

@@ -144,7 +144,7 @@ def test_a_failing_run_does_not_end_a_sweep_and_the_worst_code_counts(jobs, answ
     ("words", "message"),
     [
         (["refine=foo"], "error: refine=foo is not registered; options: "),
-        (["+method=foo"], "error: +method=foo does not exist; options: default, fcpma, "),
+        (["+method=foo"], "error: +method=foo does not exist; options: auto, fcpma, "),
         (["+methd=fcpma"], "error: methd does not exist; did you mean method?"),
         (["bunny"], "error: cannot read 'bunny'; expected KEY=VALUE"),
         (["seed=null"], "error: Config group override must be a string or a list"),
@@ -208,7 +208,7 @@ def test_help_has_usage_choices_and_exit_codes(jobs, capsys, words):
     assert cli.main(words) == 0
     out = capsys.readouterr().out
     assert "Usage:" in out
-    assert "\n  +method=default|fcpma|" in out
+    assert "\n  +method=auto|fcpma|" in out
     assert re.search(r"\n  refine=(\w+\|)*icp\|(\w+\|)*tricp(\|\w+)*\n", out)
     assert "bunny" in out
     assert "3 some scans not placed" in out

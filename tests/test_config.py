@@ -19,7 +19,7 @@ from mvreg.contracts import KINDS
 from mvreg.errors import InputError, PluginError
 
 CONF = Path(mvreg.conf.__file__).parent
-METHODS = sorted({file.stem for file in (CONF / "method").glob("*.yaml")} - {"default"})
+METHODS = sorted({file.stem for file in (CONF / "method").glob("*.yaml")} - {"auto"})
 DATASETS = sorted(file.stem for file in (CONF / "dataset").glob("*.yaml"))
 NO_CHOICE = {"hydra/job_logging", "hydra/hydra_logging"}
 
@@ -58,7 +58,7 @@ def test_a_preset_of_a_data_set_is_its_dataclass_with_the_differences(name):
 
 
 def test_the_default_method_has_a_name_for_sweeps():
-    assert config.compose(["+method=default"]) == config.compose([])
+    assert config.compose(["+method=auto"]) == config.compose([])
 
 
 @pytest.mark.parametrize("name", METHODS)
@@ -101,10 +101,10 @@ def test_what_the_command_line_says_last_wins_over_a_method():
         ("refine=", "refine= is not registered; options: .*icp, .*tricp"),
         ("refine=[tricp,foo]", "refine=foo is not registered; options: .*icp, .*tricp"),
         ("dataset=foo", "dataset=foo is not registered; options: armadillo, .*, folder, .*tiny"),
-        ("+method=foo", r"\+method=foo does not exist; options: default, fcpma, .*ocpma, ocpra"),
+        ("+method=foo", r"\+method=foo does not exist; options: auto, fcpma, .*ocpma, ocpra"),
         (
             "method=fcpma",
-            r"chosen with a plus: \+method=NAME; options: default, fcpma, .*ocpma, ocpra",
+            r"chosen with a plus: \+method=NAME; options: auto, fcpma, .*ocpma, ocpra",
         ),
         ("+refine=icp", "refine is chosen already; write refine=NAME, without a plus"),
         ("+method=fcpma +method=ocpra", "method is chosen already; name one"),

@@ -22,7 +22,7 @@ from mvreg.testing import blob_scans, plane_scans
 from mvreg.testing.compare import digest
 from mvreg.types import Scan
 
-METHODS = ["default", "ocpra", "ocpma", "fcpma"]
+METHODS = ["auto", "ocpra", "ocpma", "fcpma"]
 
 
 @pytest.fixture(scope="module")
@@ -103,7 +103,7 @@ def test_changes_reach_the_stages():
     assert type(found.pipeline.judge).__name__ == "TmseJudge"
     assert found.pipeline.seed.top_fraction == 0.5
     assert found.name == "fcpma"
-    assert mvreg.load_method().name == "default"
+    assert mvreg.load_method().name == "auto"
 
 
 def test_changes_do_not_go_with_a_method_made_by_hand(method):
@@ -275,7 +275,7 @@ def test_what_is_passed_on_is_what_hydra_reads(parser, value):
 @pytest.mark.parametrize("dataset", ["tiny", "figurine", "bunny", "dragon", "buddha", "armadillo"])
 @pytest.mark.parametrize("name", METHODS)
 def test_every_method_goes_with_every_data_set(name, dataset):
-    chosen = [] if name == "default" else [f"+method={name}"]
+    chosen = [] if name == "auto" else [f"+method={name}"]
     config = compose([*chosen, f"dataset={dataset}"])
     assert method_from(config).name == config.method == name
 
@@ -283,7 +283,7 @@ def test_every_method_goes_with_every_data_set(name, dataset):
 def test_every_method_of_the_project_is_tested_here():
     files = resources.files("mvreg.conf.method").iterdir()
     found = {file.name[:-5] for file in files if file.name.endswith(".yaml")}
-    assert {*found, "default"} == set(METHODS)
+    assert {*found, "auto"} == set(METHODS)
 
 
 @pytest.mark.parametrize("scans", ["my_scans", Path("my_scans")])

@@ -121,7 +121,8 @@ def _weighted(surfaces: Sequence[Surface], found: list[Contacts], stride: int) -
     Where scans k of densities d_k lie on the same unknown surface, least squares over the poses and
     the surface leave, once the surface is eliminated, the weight ``d_i d_j / sum_k d_k`` per area
     to the gap between i and j. A sample of i stands for ``share_i / d_i`` of area; both ways count
-    a half each. Thus nothing that three scans agree on is counted three times.
+    a half each. Thus nothing that three scans agree on is counted three times. What a sensor saw at
+    a grazing angle counts less.
     """
     total = [surface.density.copy() for surface in surfaces]
     for one in found:
@@ -129,6 +130,7 @@ def _weighted(surfaces: Sequence[Surface], found: list[Contacts], stride: int) -
     weighted = []
     for one in found:
         theirs = surfaces[one.j].density[one.patches] / total[one.i][one.samples]
-        weights = stride * surfaces[one.i].share * theirs / 2
+        trust = surfaces[one.i].trust[one.samples] * surfaces[one.j].trust[one.patches]
+        weights = stride * surfaces[one.i].share[one.samples] * theirs * trust / 2
         weighted.append(Contacts(one.i, one.j, one.samples, one.patches, weights))
     return weighted

@@ -122,6 +122,6 @@ def test_scrambled_scans_end_where_the_others_do(scans, method, result):
     assert_agree(replace(found, poses=back), result, scans)
 
 
-@pytest.mark.parametrize("name", ["default", "ocpra", "ocpma"])
+@pytest.mark.parametrize("name", ["auto", "ocpra", "ocpma"])
 def test_the_other_methods_place_all_scans(scans, name):
     assert_right(mvreg.register(scans, name, changes=CHANGES), scans)
