@@ -54,8 +54,9 @@ is what `Result.covariances` say, without any truth; "dense" is with `adjust.den
 With the noise the error goes down to what the sampling of the surface leaves: a patch of about 30
 points is a paraboloid, and relief finer than that is not described by it. That is the error without
 noise; points are about 0.5 mm apart. Where noise rules, what separates the error from the bound is
-the thinning to one sample in ten (see "dense"), the robust kernel, which gives away a tenth, and
-that the noise of each ray is not known.
+that the refinement knows the noise of no ray, and trusts grazing ones less, as real scanners ask
+for, though here they tell the most about where a surface is; the thinning to one sample in ten (see
+"dense"); and the robust kernel, which gives away a tenth.
 
 | shape | noise | bound | error | error / bound | dense / bound | from the method | reported |
 |---|---|---|---|---|---|---|---|

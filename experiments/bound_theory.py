@@ -78,7 +78,7 @@ def weigh(
     weighted = []
     for one in found:
         mine, theirs = precisions[one.i][one.samples], precisions[one.j][one.patches]
-        area = shapes[one.i].share / shapes[one.i].density[one.samples]
+        area = shapes[one.i].share[one.samples] / shapes[one.i].density[one.samples]
         weights = area * mine * theirs / total[one.i][one.samples] / 2
         weighted.append(replace(one, weights=weights))
     return weighted

@@ -86,7 +86,7 @@ def test_weights_of_three_scans_worked_by_hand():
     one = np.array([5])
     found = [Contacts(0, 1, one, one, one), Contacts(0, 2, one, one, one)]
     weighted = weigh(shapes, found, [3 * ones[0], 2 * ones[1], 5 * ones[2]])
-    area = shapes[0].share / shapes[0].density[5]
+    area = shapes[0].share[5] / shapes[0].density[5]
     np.testing.assert_allclose(weighted[0].weights, area * 3 * 2 / 10 / 2)
     np.testing.assert_allclose(weighted[1].weights, area * 3 * 5 / 10 / 2)
 
