@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mvreg.nearest import build_tree
+from mvreg.nearest import FEW, WORKERS, build_tree
 from mvreg.sensor_estimate import estimated_direction as estimated_direction
 from mvreg.types import Array, Model, View
 
@@ -137,7 +137,10 @@ class RangeImage:
         looked = self.rays(points)
         count = min(count, len(self.points))
         distances, indices = self.tree.query(
-            looked.across, k=np.arange(1, count + 1), distance_upper_bound=reach, workers=-1
+            looked.across,
+            k=np.arange(1, count + 1),
+            distance_upper_bound=reach,
+            workers=WORKERS if len(points) > FEW else 1,
         )
         found = np.isfinite(distances)
         heights = np.append(self.seen.height, 0.0)[indices]
