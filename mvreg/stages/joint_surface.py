@@ -17,6 +17,7 @@ from mvreg.evidence_measure import witness
 from mvreg.nearest import build_tree
 from mvreg.normals import facing_normals
 from mvreg.parallel import in_threads
+from mvreg.stages.joint_spread import axes_about, shares
 from mvreg.types import Array, Indices, View
 
 if TYPE_CHECKING:
@@ -32,8 +33,6 @@ FEWEST, MOST = 20, 100
 #: A patch whose points' mean is off its middle by more than this share of its radius is at a rim,
 #: where surfaces bend and rays mix (Turk and Levoy 1994 drop matches there). Half a disc has 0.42.
 LOPSIDED = 0.3
-#: Nearest patches that tell how densely patches lie: a share of so many is known to a quarter.
-AROUND = 12
 #: Keeps a fit to points on a line or on one spot solvable (of a mean eigenvalue of one or so).
 RIDGE = 1e-9
 
@@ -152,33 +151,9 @@ def _surface(view: View, dense: bool) -> Surface:
     return replace(fitted, trust=(fitted.normals * image.towards(samples)).sum(axis=1) ** 2)
 
 
-def _shares(tree: cKDTree, density: Array, total: int) -> Array:
-    """How many of `total` raw points each patch stands for (S,).
-
-    As densely as raw points lie there, over how densely patches do: patches that are spread evenly
-    stand for few raw points where a surface was seen at a low angle.
-    """
-    count = min(AROUND, tree.n - 1)
-    if count < 1:
-        return np.full(tree.n, float(total))
-    distances, _ = tree.query(tree.data, k=[count + 1])
-    shares = density * distances[:, 0] ** 2
-    whole = float(shares.sum())
-    found: Array = shares * (total / whole) if whole > 0 else np.full(tree.n, total / tree.n)
-    return found
-
-
-def _axes(normals: Array) -> Array:
-    """Right-handed axes (S, 3, 3), in rows, of which the third is the normal (S, 3)."""
-    least = np.eye(3)[np.abs(normals).argmin(axis=1)]
-    first = np.cross(normals, least)
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
-    return np.stack([first, np.cross(normals, first), normals], axis=1)
-
-
 def _fitted(near: Array, samples: Array, facing: Array, total: int, oriented: bool) -> Surface:
     """Patches through the raw points (S, k, 3) about each sample, by least squares."""
-    offsets, axes = near - samples[:, None], _axes(facing)
+    offsets, axes = near - samples[:, None], axes_about(facing)
     local = offsets @ np.swapaxes(axes, 1, 2)
     reach = np.sqrt((local[..., :2] ** 2).sum(axis=2).max(axis=1))
     unit = np.where(reach > 0, reach, 1.0)
@@ -205,7 +180,7 @@ def _fitted(near: Array, samples: Array, facing: Array, total: int, oriented: bo
         density=density,
         whole=whole,
         trust=np.ones(len(samples)),
-        share=_shares(tree, density, total),
+        share=shares(tree, density, total),
         tree=tree,
         oriented=oriented,
     )
