@@ -40,7 +40,16 @@ def placements_of(run: Run) -> Placements | None:
 def models_of(report: Report) -> list[Poses]:
     """The partial models of a run, the reference's first."""
     found = [report["poses"], *(each["poses"] for each in report.get("components", []))]
-    return [{name: np.array(pose) for name, pose in poses.items()} for poses in found]
+    return [as_read(poses, report) for poses in found]
+
+
+def as_read(poses: Mapping[str, Any], report: Report) -> Poses:
+    """Poses of scans in the frames that they were read in, before the run moved them."""
+    motions = report.get("motions", {})
+    return {
+        name: np.array(pose) @ np.array(motions.get(name, np.eye(4)))
+        for name, pose in poses.items()
+    }
 
 
 def truth_of(report: Report, dataset: str) -> Truth | None:
@@ -59,7 +68,7 @@ def truth_of(report: Report, dataset: str) -> Truth | None:
         poses, objects = loaded(dataset, report["rng"], json.dumps(report["config"]["dataset"]))
     if poses is None:
         return None
-    arrays = {name: np.array(pose) for name, pose in poses.items()}
+    arrays = as_read(poses, report)
     truth = Truth(arrays, objects or dict.fromkeys(arrays, ""))
     check(report, truth)
     return truth

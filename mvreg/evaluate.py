@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from mvreg import se3
 from mvreg.surfaces import Consistency as Consistency
 from mvreg.surfaces import consistency as consistency
-from mvreg.types import Array
+from mvreg.types import Array, Result, ScanSet
 
 
 @dataclass(frozen=True)
@@ -85,19 +85,21 @@ def pose_errors(
     return PoseErrors(frame, {name: ScanError(*row) for name, row in zip(known, rows, strict=True)})
 
 
-def component_errors(
-    components: Sequence[Mapping[str, Array]], truth: Mapping[str, Array] | None
-) -> list[PoseErrors | None]:
-    """Compare partial models with the truth, each in the frame of its own first scan that has one.
+def result_errors(
+    result: Result, scanset: ScanSet
+) -> tuple[PoseErrors | None, list[PoseErrors | None]]:
+    """The errors of a result, and those of its components, each in a frame of its own.
 
     How a partial model lies to the reference's is not known, and does not count; a scan in a wrong
-    place within it does.
-
-    Parameters
-    ----------
-    components : sequence of mappings of scan name to (4, 4) array
-        `Result.components`.
-    truth : mapping of scan name to (4, 4) array, or None
-        ``T_world_scan``; may miss scans.
+    place within it does. Scans are compared with those of the same object as the first one, and in
+    the frames that they were read in: how far from a surface its frame lies decides how large an
+    error of translation an error of rotation makes.
     """
-    return [pose_errors(poses, truth, next(iter(poses), "")) for poses in components]
+
+    def errors(poses: Mapping[str, Array], first: str) -> PoseErrors | None:
+        truth = scanset.truth_beside(first)
+        right = None if truth is None else scanset.as_read(truth)
+        return pose_errors(scanset.as_read(poses), right, first)
+
+    apart = [errors(poses, next(iter(poses), "")) for poses in result.components]
+    return errors(result.poses, result.reference), apart

@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from importlib import metadata
 
 from mvreg.assessment import assess
-from mvreg.evaluate import component_errors, consistency, pose_errors
+from mvreg.evaluate import consistency, result_errors
 from mvreg.provenance import commit, machine
 from mvreg.report_file import SCHEMA, to_plain
 from mvreg.report_rows import (
@@ -66,8 +66,7 @@ def build_report(
         view, None where the strategy keeps none. `status` is "complete" only if every scan has a
         pose in the reference's frame.
     """
-    errors = pose_errors(result.poses, scanset.poses, result.reference)
-    apart = component_errors(result.components, scanset.poses)
+    errors, apart = result_errors(result, scanset)
     by_scan = {name: e for each in (errors, *apart) if each for name, e in each.scans.items()}
     assessment = assess(result, views)
     resolution = views[0].scale.resolution if views else None
@@ -94,6 +93,9 @@ def build_report(
         "links": link_rows(assessment, result, resolution),
         "pairs": pair_rows(result.pairs),
         "covariances": dict(result.covariances),
+        "truth": None if scanset.poses is None else dict(scanset.poses),
+        "objects": None if scanset.objects is None else dict(scanset.objects),
+        "motions": dict(scanset.motions),
         "config": dict(config),
         "versions": versions(),
         "commit": commit(),

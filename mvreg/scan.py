@@ -7,7 +7,7 @@ Checked once, when they are made; all else may then rely on finite coordinates. 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -115,6 +115,8 @@ class ScanSet:
     `objects` maps scan names to the name of the object that they show, each of which has a world
     frame of its own: poses of different objects do not compare, and a result that puts two of
     them into one frame is wrong. None where all scans are of one object.
+    `motions` maps the names of scans that were moved since they were read to ``T_scan_read``
+    (4, 4): errors are told for the frames that the files have.
     """
 
     name: str
@@ -122,6 +124,14 @@ class ScanSet:
     unit: str = "file"
     poses: Mapping[str, Array] | None = None
     objects: Mapping[str, str] | None = None
+    motions: Mapping[str, Array] = field(default_factory=dict)
+
+    def as_read(self, poses: Mapping[str, Array]) -> dict[str, Array]:
+        """Poses ``T_any_scan`` (4, 4) as those of the same scans before they were moved."""
+        return {
+            name: pose @ self.motions[name] if name in self.motions else pose
+            for name, pose in poses.items()
+        }
 
     def truth_beside(self, scan: str) -> Mapping[str, Array] | None:
         """The true poses of the scans that show the same object as `scan`; None where unknown."""

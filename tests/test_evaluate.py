@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mvreg import se3, surfaces
-from mvreg.evaluate import component_errors, consistency, pose_errors
+from mvreg.evaluate import consistency, pose_errors, result_errors
 from mvreg.surfaces import closeness
-from mvreg.types import Features, Scale, View
+from mvreg.types import Features, Result, Scale, ScanSet, View
 
 
 def turn(degrees: float, shift: tuple[float, float, float] = (0, 0, 0)) -> np.ndarray:
@@ -83,14 +83,40 @@ def test_a_partial_model_is_compared_in_its_own_frame():
     right = {name: elsewhere @ truth[name] for name in ("b", "c")}
     wrong = {**right, "c": right["c"] @ turn(3.0)}
     partly = {"x": np.eye(4), **right}  # the first scan has no truth
-    found = component_errors([right, wrong, partly, {"d": np.eye(4)}], truth)
+    parts = (right, wrong, partly, {"d": np.eye(4)})
+    whole, found = result_errors(result_of(parts), ScanSet("s", (), poses=truth))
+    assert whole is None
     assert [errors and errors.frame for errors in found] == ["b", "b", "b", None]
     assert found[0].max.rotation < 1e-12 and found[0].max.translation < 1e-12
     assert found[1].max.angle == pytest.approx(3.0)
     assert found[1].mean.angle == pytest.approx(1.5)
     assert found[2].max.rotation < 1e-12
-    assert component_errors([right], None) == [None]
-    assert component_errors([], truth) == []
+    assert result_errors(result_of((right,)), ScanSet("s", ())) == (None, [None])
+
+
+def result_of(components):
+    return Result("x", {"x": np.eye(4)}, (), (), components=tuple(components))
+
+
+def test_errors_are_told_for_the_frames_that_were_read():
+    """Else how far a scan was moved away would decide how large its error of translation is."""
+    truth = {"a": np.eye(4), "b": turn(40, (1, 2, 3))}
+    found = {"a": np.eye(4), "b": truth["b"] @ turn(1.0)}
+    motions = {"b": turn(77, (500, 0, 0))}
+    back = {"b": se3.invert(motions["b"])}
+    there = ScanSet("s", (), poses={**truth, "b": truth["b"] @ back["b"]}, motions=motions)
+    moved = {**found, "b": found["b"] @ back["b"]}
+    errors, _ = result_errors(Result("a", moved, (), ()), there)
+    assert errors.max.angle == pytest.approx(1.0)
+    assert errors.max.translation < 1e-9
+    np.testing.assert_allclose(there.as_read(there.poses)["b"], truth["b"], atol=1e-9)
+
+
+def test_objects_are_not_compared_with_each_other():
+    truth = {"a": np.eye(4), "b": turn(40), "c": turn(10)}
+    scans = ScanSet("s", (), poses=truth, objects={"a": "one", "b": "one", "c": "other"})
+    errors, _ = result_errors(Result("a", {**truth, "c": turn(99)}, (), ()), scans)
+    assert set(errors.scans) == {"a", "b"}
 
 
 def test_consistency_of_two_plates_is_their_gap():

@@ -76,6 +76,7 @@ def scramble(scans: ScanSet, rng: np.random.Generator) -> ScanSet:
         poses=None if scans.poses is None else {
             name: _follow(pose, motions.get(name)) for name, pose in scans.poses.items()
         },
+        motions=scans.as_read(motions),
     )  # fmt: skip
 
 

@@ -113,7 +113,8 @@ def join(parts: list[ScanSet]) -> ScanSet:
         names = {each: _other(each, taken) for each in sorted(set(own.values()))}
         objects |= {scan: names[each] for scan, each in own.items()}
     name = "+".join(part.name for part in parts)
-    return ScanSet(name, scans, parts[0].unit, poses or None, objects)
+    motions = {scan: motion for part in parts for scan, motion in part.motions.items()}
+    return ScanSet(name, scans, parts[0].unit, poses or None, objects, motions)
 
 
 def _check(parts: list[ScanSet], scans: tuple[Scan, ...]) -> None:
