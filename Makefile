@@ -16,9 +16,9 @@ help: ## Say what there is
 	@echo 'make TARGET; each builds $(VENV) first when it is missing'
 	@sed -n 's/^\([a-z]*\):[^#]*## /  \1\t/p' $(firstword $(MAKEFILE_LIST))
 
-demo: $(stamp) ## Register the embedded figurine with FCPMA
-	@echo '==> mvreg +method=fcpma dataset=figurine'
-	@$(python) -m mvreg +method=fcpma dataset=figurine
+demo: $(stamp) ## Register the embedded figurine
+	@echo '==> mvreg dataset=figurine'
+	@$(python) -m mvreg dataset=figurine
 
 report: $(stamp) ## Tables and figures in experiments/results from what the experiments left in runs/
 	@echo '==> report'

@@ -24,7 +24,7 @@ def scans_and_result() -> tuple[list[Cloud], list[Cloud]]:
     from matplotlib import colormaps
 
     scans = mvreg.dataset("figurine", rng=1, order="shuffle")
-    result = mvreg.register(scans, method="fcpma")
+    result = mvreg.register(scans)
     if result.unregistered or scans.poses is None:
         raise SystemExit(f"not placed: {', '.join(result.unregistered)}")
     upright = scans.poses[result.reference]  # the truth, but only to stand the figure on its feet

@@ -112,7 +112,7 @@ def test_what_the_command_line_says_last_wins_over_a_method():
         ("seed.top_fractoin=1", "seed.top_fractoin does not exist; did you mean top_fraction?"),
         ("seed.top_fractoin=1", "parameters of seed=nearest: top_fraction"),
         ("+seed.extra=1", "seed.extra does not exist; parameters of seed=nearest: top_fraction"),
-        ("adjust.x=1", "adjust.x does not exist; parameters of adjust=none: none"),
+        ("adjust.x=1", "adjust.x does not exist; parameters of adjust=joint: reach, kernel"),
         ("methd=x", "methd does not exist; did you mean method?"),
         ("+methd=fcpma", "methd does not exist; did you mean method?"),
         ("++foo.bar=1", "foo does not exist; keys: dataset, .*, debug$"),

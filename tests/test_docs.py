@@ -87,10 +87,10 @@ def demo(desk: Path) -> tuple[list[str], Path]:
         ["make", "--dry-run", "demo"], cwd=ROOT, capture_output=True, text=True, check=True
     )
     (arguments,) = re.findall(r" -m mvreg (.*)", dry.stdout)
-    assert arguments == "+method=fcpma dataset=figurine"
+    assert arguments == "dataset=figurine"
     done = run([sys.executable, "-m", "mvreg", *arguments.split()], desk)
     assert done.returncode == 0, done.stderr
-    return done.stdout.splitlines(), desk / "runs/figurine/fcpma/latest"
+    return done.stdout.splitlines(), desk / "runs/figurine/auto/latest"
 
 
 def cells(line: str) -> list[str]:
@@ -108,7 +108,7 @@ def test_the_demo_prints_what_the_readme_shows_and_leaves_the_files_it_lists(dem
     (shown,) = (block.splitlines() for block in blocks(README, "text"))
     (head, ours), (head_shown, theirs) = (
         ([cells(line) for line in lines if line.lstrip().startswith("scan ")],
-         [cells(line)[:2] for line in lines if line.lstrip().startswith("figurine_")])
+         [cells(line)[:3] for line in lines if line.lstrip().startswith("figurine_")])
         for lines in (printed, shown)
     )  # fmt: skip
     assert head == head_shown and len(head) == 1
@@ -231,7 +231,7 @@ def test_the_pictures_are_small():
 def test_the_methods_and_stages_are_the_program_s():
     offered = choices()
     named = set(words_after("Methods"))
-    kinds = {"refine", "strategy", "adjust"}
+    kinds = {"refine", "judge", "strategy", "adjust"}
     assert named == set(offered["method"]) | kinds | {"+method="}
     table = README.partition("## Methods\n")[2].partition("\n## ")[0]
     for kind in kinds:

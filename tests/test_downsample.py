@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 from mvreg.errors import InputError
 from mvreg.nearest import median_spacing
 from mvreg.stages.downsample import (
+    GridDownsample,
     PaperDownsample,
     StrideDownsample,
     VoxelDownsample,
@@ -130,3 +131,42 @@ def test_small_scans_are_thinned_out_less(rng):
     samples, _ = PaperDownsample()(scans, rng)
     assert [len(sample.points) for sample in samples] == [3000] * 3
     assert np.mean([len(sample.keypoints) for sample in samples]) == pytest.approx(300, rel=0.1)
+
+
+def rough(count, number=0):
+    """A scan of `count` points on a square of 100 with a little relief."""
+    rng = np.random.default_rng(number)
+    flat = rng.uniform(0, 100, size=(count, 2))
+    return Scan(f"s{number}", np.column_stack([flat, np.sin(flat.sum(axis=1) / 9)]))
+
+
+def test_grid_keeps_as_many_of_a_large_scan_as_of_a_small_one():
+    stage = GridDownsample(points=1000, keypoints=100)
+    for count in (5_000, 50_000):
+        (sample, _), spacing = stage([rough(count), rough(count, 1)], np.random.default_rng(0))
+        assert len(sample.points) == pytest.approx(1000, rel=0.05)
+        assert len(sample.keypoints) == pytest.approx(100, rel=0.1)
+        assert spacing == pytest.approx(10, rel=0.15)
+
+
+def test_grid_gives_a_sparse_scan_points_as_far_apart_as_the_others():
+    stage = GridDownsample(points=1000, keypoints=100)
+    scans = [rough(20_000), rough(20_000, 1), rough(4_000, 2)]
+    samples, _ = stage(scans, np.random.default_rng(0))
+    assert len(samples[2].keypoints) == pytest.approx(len(samples[0].keypoints), rel=0.1)
+    assert len(samples[2].points) > 0.9 * len(samples[0].points)
+
+
+def test_grid_leaves_outliers_out_and_small_scans_whole():
+    stage = GridDownsample(points=1000, keypoints=100)
+    rng = np.random.default_rng(5)
+    scans = []
+    for number in range(2):
+        clean = rough(20_000, number).points
+        outliers = rng.uniform([0, 0, 20], [100, 100, 120], size=(2000, 3))
+        scans.append(Scan(f"s{number}", np.concatenate([clean, outliers])))
+    (sample, _), _ = stage(scans, rng)
+    assert (sample.points[:, 2] > 20).mean() < 0.07  # cells of two by chance
+    assert (sample.keypoints[:, 2] > 20).sum() == 0
+    (sample, _), _ = stage([rough(900), rough(900, 1)], rng)
+    assert len(sample.points) == 900
