@@ -7,11 +7,10 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from mvreg import se3
-from mvreg.evidence_measure import look
 from mvreg.evidence_pool import Meeting as Meeting
 from mvreg.evidence_pool import firmness, free_space, most_covered
 from mvreg.evidence_weights import features, probability
+from mvreg.parallel import in_threads
 
 #: Less is held too loosely. Pairs of a sphere, a cylinder and a bottle have 0.004 at most, with
 #: noise of two spacings of the raw points. Right pairs of all sets that the search finds have 0.007
@@ -19,6 +18,8 @@ from mvreg.evidence_weights import features, probability
 LEAST_STABILITY = 0.005
 #: What fits no better than this is no question of sliding: it does not fit.
 LEAST_PLAUSIBILITY = 0.3
+#: The reason where nothing speaks against a pose.
+AGREED = "surfaces, normals and free space agree"
 #: Fewer points that meet say nothing.
 LEAST_POINTS = 50
 
@@ -96,7 +97,7 @@ class Evidence:
             return "normals disagree"
         if self.overlap < 0.2:
             return "too little overlap"
-        return "surfaces, normals and free space agree"
+        return AGREED
 
     def as_dict(self) -> dict[str, float]:
         """What was measured, by name; what is not known is left out."""
@@ -121,11 +122,7 @@ def weigh(meetings: Sequence[Meeting]) -> Evidence:
     Evidence
         Of no points and an overlap of zero where nothing meets.
     """
-    sides = [
-        (look(m.source, m.target, m.T_target_source),
-         look(m.target, m.source, se3.invert(m.T_target_source)))
-        for m in meetings
-    ]  # fmt: skip
+    sides = in_threads(lambda meeting: meeting.sides, meetings)
     both = [side for pair in sides for side in pair]
     points = sum(int(side.met.sum()) for side in both)
     near = sum(side.near for side in both)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from mvreg import se3
-from mvreg.evidence_measure import Flags, Side
+from mvreg.evidence_measure import Flags, Side, look
 from mvreg.types import Array, View
 
 #: Of `best_step`, in units of the mean eigenvalue: `mvreg.stages.plane_icp` takes the same.
@@ -33,6 +34,18 @@ class Meeting:
     target: View
     T_target_source: Array
     T_common_source: Array | None = None
+
+    @cached_property
+    def sides(self) -> tuple[Side, Side]:
+        """What the source's points show on the target, and the target's on the source.
+
+        Looked at once, however often the meeting is weighed.
+        """
+        back = se3.invert(self.T_target_source)
+        return (
+            look(self.source, self.target, self.T_target_source),
+            look(self.target, self.source, back),
+        )
 
 
 def free_space(sides: Sequence[Side]) -> tuple[float | None, str]:

@@ -159,18 +159,22 @@ def test_a_join_is_refused_that_the_other_scans_object_to():
     assert BestFirst().agreed(PartialModels(models.views), 2, 0, found, verdict) is verdict
 
 
-def test_the_most_promising_is_tried_first_and_failures_widen_the_target():
-    models = PartialModels(blob_views(3))
-    promises = np.array([[0, 0.1, 0.2], [0.1, 0, 0.5], [0.2, 0.5, 0]])
-    search = Search(promises, models, parts=1, patience=2)
+def test_the_most_promising_is_tried_first_then_alone_then_more_of_them():
+    models = PartialModels(blob_views(4))
+    promises = np.array([[0, 0.1, 0.2, 0.15], [0.1, 0, 0.5, 0.4], [0.2, 0.5, 0, 0.4],
+                         [0.15, 0.4, 0.4, 0]])  # fmt: skip
+    search = Search(promises, models, parts=2, patience=4)
     assert search.next() == (2, [1])
     models.join(2, 1, np.eye(4))
-    assert search.next() == (0, [2])
-    search.failed(0, [2])
-    source, targets = search.next()
-    assert (source, sorted(targets)) == (0, [1, 2])
-    search.failed(0, targets)
-    assert search.next() is None, "patience has no end"
+    models.join(3, 1, np.eye(4))
+    tried = []
+    while (found := search.next()) is not None:
+        tried.append(found)
+        search.failed(*found)
+    assert [source for source, _ in tried] == [0] * 4, "patience has an end"
+    assert tried[0][1] == [2, 3]
+    assert [len(targets) for _, targets in tried] == [2, 1, 3, 1]
+    assert len({frozenset(targets) for _, targets in tried}) == 4, "nothing is tried twice"
     assert promises[0, 2] == 0.2, "the caller's promises are changed"
 
 

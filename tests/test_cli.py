@@ -61,7 +61,7 @@ def test_a_run_gets_its_configuration_and_a_folder(jobs, tmp_path):
 
 def test_a_preset_has_runs_of_its_own_name(jobs, tmp_path):
     assert cli.main(["dataset=bunny"]) == 0
-    assert jobs.asked[0][1].parent == tmp_path / "runs/bunny/default"
+    assert jobs.asked[0][1].parent == tmp_path / "runs/bunny/auto"
 
 
 def test_runs_within_a_second_have_folders_of_their_own(jobs):

@@ -92,7 +92,7 @@ def test_the_scans_stay_as_they_were(method):
 
 @pytest.mark.parametrize("name", METHODS)
 def test_every_method_places_them(name):
-    found = mvreg.register(three(), name, changes=CHANGES)
+    found = mvreg.register(three(), name, changes={} if name == "auto" else CHANGES)
     assert found.unregistered == ()
     assert placed_like(found, three(), three().poses) < 3.0
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -46,9 +46,9 @@ class Search:
                 found.append((float(gain * self.factor[source]), int(source), int(members[0])))
         for _, source, group in sorted(found, key=lambda one: -one[0]):
             members = self.models.members(int(self.models.group[group]))
-            targets = self.targets(source, members)
-            if (source, frozenset(targets)) not in self.tried:
-                return source, targets
+            for targets in self.targets(source, members):
+                if (source, frozenset(targets)) not in self.tried:
+                    return source, targets
         return None
 
     def sources(self, members: Indices) -> Indices:
@@ -58,11 +58,20 @@ class Search:
         open_ = (self.failures < self.patience) & (group != group[members[0]])
         return np.flatnonzero(open_ & (sizes <= len(members)))
 
-    def targets(self, source: int, members: Indices) -> list[int]:
-        """The most promising views of a group, more of them after every failure."""
-        order = np.argsort(-self.promises[source, members], kind="stable")
-        count = self.parts * (1 + int(self.failures[source]))
-        return [int(k) for k in members[order[:count]]]
+    def targets(self, source: int, members: Indices) -> Iterator[list[int]]:
+        """Views of a group to register to: those to be tried now, then whatever else there is.
+
+        The most promising ones merged and, after a failure, the most promising alone: a merged
+        target is met by more of the source, a single one has fewer keypoints that mislead. By
+        turns, and with more of them merged each time.
+        """
+        order = [
+            int(k) for k in members[np.argsort(-self.promises[source, members], kind="stable")]
+        ]
+        rounds, alone = divmod(int(self.failures[source]), 2)
+        yield order[:1] if alone else order[: self.parts * (1 + rounds)]
+        yield from ([k] for k in order)
+        yield order
 
     def failed(self, source: int, targets: Sequence[int]) -> None:
         """The source could not be moved there: it, and these pairs, promise less now."""

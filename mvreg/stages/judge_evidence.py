@@ -9,7 +9,7 @@ import numpy as np
 
 from mvreg import se3
 from mvreg.errors import InputError, check_positive
-from mvreg.evidence import Evidence, Meeting, weigh
+from mvreg.evidence import AGREED, Evidence, Meeting, weigh
 from mvreg.types import Array, Model, Registration, Verdict, View
 
 
@@ -124,7 +124,9 @@ class EvidenceJudge:
             return evidence.reason
         if rival > self.max_rival:
             return "ambiguous: another pose is as probable"
-        return None if evidence.probability >= self.min_probability else evidence.reason
+        if evidence.probability >= self.min_probability:
+            return None
+        return "not probable enough" if evidence.reason == AGREED else evidence.reason
 
     def closes(
         self,

@@ -11,7 +11,7 @@ import numpy as np
 
 from mvreg import se3
 from mvreg.errors import InputError, check_positive
-from mvreg.evidence import weigh
+from mvreg.evidence import Meeting, weigh
 from mvreg.stages.best_first_search import Search
 from mvreg.stages.partial_models import PartialModels
 from mvreg.stages.promise import promise
@@ -46,7 +46,7 @@ class BestFirst:
     neighbours : int
         Votes of a keypoint, see `mvreg.stages.promise`.
     parts : int
-        Views that are merged to one target; after each failure of a source so many more.
+        Views that are merged to one target; after every second failure of a source so many more.
     patience : int
         A partial model that failed so often is not moved any more, others may still be moved to it.
     min_probability : float
@@ -144,20 +144,23 @@ class BestFirst:
         taken: list[int] = []
         for members in models.groups():
             left = members.tolist()
+            meetings = models.meetings(left, left)
             while len(left) > 1:
-                doubts = {k: self.doubt(models, k, left) for k in left}
+                doubts = {k: self.doubt(models.views[k], meetings) for k in left}
                 worst = max(left, key=lambda k: doubts[k])
                 if doubts[worst] <= 1 - self.min_probability:
                     break
+                out = models.views[worst]
+                meetings = [m for m in meetings if m.source is not out and m.target is not out]
                 left.remove(worst)
                 models.leave(worst)
                 taken.append(worst)
         return taken
 
-    def doubt(self, models: PartialModels, view: int, members: Sequence[int]) -> float:
+    def doubt(self, view: View, meetings: Sequence[Meeting]) -> float:
         """The probability that a view is in the wrong place, by all that it meets."""
-        others = [k for k in members if k != view]
-        return 1 - weigh(models.meetings([view], others)).probability
+        own = [meeting for meeting in meetings if view in (meeting.source, meeting.target)]
+        return 1 - weigh(own).probability
 
 
 def outcome(models: PartialModels, promises: Array, pairs: Sequence[Pair]) -> Result:

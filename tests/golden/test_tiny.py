@@ -124,4 +124,5 @@ def test_scrambled_scans_end_where_the_others_do(scans, method, result):
 
 @pytest.mark.parametrize("name", ["auto", "ocpra", "ocpma"])
 def test_the_other_methods_place_all_scans(scans, name):
-    assert_right(mvreg.register(scans, name, changes=CHANGES), scans)
+    changes = {} if name == "auto" else CHANGES
+    assert_right(mvreg.register(scans, name, changes=changes), scans)
