@@ -178,6 +178,18 @@ def test_the_most_promising_is_tried_first_then_alone_then_more_of_them():
     assert promises[0, 2] == 0.2, "the caller's promises are changed"
 
 
+def test_the_search_ends_after_many_failures_in_a_row():
+    models = PartialModels(blob_views(4))
+    search = Search(np.ones((4, 4)) - np.eye(4), models, parts=1, patience=100)
+    search.in_a_row = 11
+    found = search.next()
+    search.joined()
+    assert search.next() == found
+    search.in_a_row = 11
+    search.failed(*found)
+    assert search.next() is None
+
+
 @pytest.mark.parametrize(
     "wrong", [{"radii": []}, {"radii": [2.0, 1.0]}, {"parts": 0}, {"patience": -1}]
 )

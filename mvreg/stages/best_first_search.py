@@ -11,6 +11,9 @@ from mvreg.types import Array, Indices
 
 #: What is left of the promise of a source, and of its pairs with the targets, after a failure.
 SOURCE_LEFT, PAIR_LEFT = 0.9, 0.5
+#: After so many failures in a row for every scan, and so many at least, nothing more is tried: where
+#: scans can be joined at all five in a row are rare, on the Stanford sets and their mixtures.
+IN_A_ROW, LEAST_IN_A_ROW = 2, 12
 
 
 class Search:
@@ -33,12 +36,15 @@ class Search:
         self.factor = np.ones(len(promises))
         self.failures = np.zeros(len(promises), dtype=int)
         self.tried: set[tuple[int, frozenset[int]]] = set()
+        self.in_a_row = 0
 
     def next(self) -> tuple[int, list[int]] | None:
         """The view to move and the views to move it to, most promising first; None at the end.
 
         It moves to the larger group, or to one of the same size.
         """
+        if self.in_a_row >= max(LEAST_IN_A_ROW, IN_A_ROW * len(self.promises)):
+            return None
         found: list[tuple[float, int, int]] = []
         for members in self.models.groups():
             for source in self.sources(members):
@@ -73,9 +79,14 @@ class Search:
         yield from ([k] for k in order)
         yield order
 
+    def joined(self) -> None:
+        """An attempt was a success."""
+        self.in_a_row = 0
+
     def failed(self, source: int, targets: Sequence[int]) -> None:
         """The source could not be moved there: it, and these pairs, promise less now."""
         self.tried.add((source, frozenset(targets)))
+        self.in_a_row += 1
         self.factor[source] *= SOURCE_LEFT
         self.promises[source, targets] *= PAIR_LEFT
         self.promises[targets, source] *= PAIR_LEFT

@@ -115,6 +115,7 @@ class BestFirst:
                 search.failed(source, targets)
                 continue
             models.join(source, targets[0], registration.T_target_source)
+            search.joined()
             pipeline.revise(outcome(models, promises, pairs))
 
     def agreed(
