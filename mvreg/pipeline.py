@@ -42,11 +42,6 @@ def timed(seconds: dict[str, float], stage: str) -> Iterator[None]:
         seconds[stage] = seconds.get(stage, 0.0) + time.perf_counter() - start
 
 
-def as_judged(registration: Registration, verdict: Verdict) -> Verdict:
-    """The verdict as it is."""
-    return verdict
-
-
 @dataclass(frozen=True)
 class Pipeline:
     """The stages that a strategy works with; `emit` is told what happens."""
@@ -128,11 +123,11 @@ class Pipeline:
         target: View,
         accepted: Sequence[Registration],
         rng: np.random.Generator,
-        confirm: Callable[[Registration, Verdict], Verdict] = as_judged,
+        checks: Sequence[Callable[[Registration, Verdict], Verdict]] = (),
     ) -> tuple[Registration | None, Pair]:
         """Register one view to another, or to the model (Algorithm 1).
 
-        `confirm` has the last word: a strategy may know of what the judge is not shown.
+        `checks` have the last word, in turn: a strategy may know of what the judge is not shown.
 
         Returns
         -------
@@ -155,7 +150,8 @@ class Pipeline:
         else:
             with timed(seconds, "judge"):
                 verdict = self.judge(registration, source, target, accepted)
-                verdict = confirm(registration, verdict)
+                for check in checks:
+                    verdict = check(registration, verdict)
             pair = Pair(
                 source.name,
                 target.name,

@@ -16,6 +16,7 @@ from mvreg.stages.best_first_search import Search
 from mvreg.stages.partial_models import PartialModels
 from mvreg.stages.promise import promise
 from mvreg.stages.strategy import untouched
+from mvreg.stages.symmetry import turned
 from mvreg.types import Array, Pair, Registration, Result, Verdict, View
 
 if TYPE_CHECKING:
@@ -106,10 +107,12 @@ class BestFirst:
         while (found := search.next()) is not None:
             source, targets = found
             target = models.target(targets, pipeline)
-            confirm = partial(self.agreed, models, source, targets[0])
-            registration, pair = pipeline.register(
-                models.views[source], target, [], rng.spawn(1)[0], confirm
+            view = models.views[source]
+            checks = (
+                partial(beside_its_turns, pipeline, view, target),
+                partial(self.agreed, models, source, targets[0]),
             )
+            registration, pair = pipeline.register(view, target, [], rng.spawn(1)[0], checks)
             pairs.append(replace(pair, target=models.views[targets[0]].name))
             if registration is None or not pair.verdict.reliable:
                 search.failed(source, targets)
@@ -162,6 +165,18 @@ class BestFirst:
         """The probability that a view is in the wrong place, by all that it meets."""
         own = [meeting for meeting in meetings if view in (meeting.source, meeting.target)]
         return 1 - weigh(own).probability
+
+
+def beside_its_turns(
+    pipeline: Pipeline, source: View, target: View, registration: Registration, verdict: Verdict
+) -> Verdict:
+    """The verdict on a reliable pose, once more beside the poses that a symmetry would allow."""
+    if not verdict.reliable:
+        return verdict
+    rivals = turned(registration, source, target, pipeline.refine)
+    if not len(rivals):
+        return verdict
+    return pipeline.judge(replace(registration, rivals=rivals), source, target, [])
 
 
 def outcome(models: PartialModels, promises: Array, pairs: Sequence[Pair]) -> Result:
