@@ -19,8 +19,8 @@ from mvreg.types import Array, Registration, View
 #: Turns (degrees) about each axis: what is symmetric about an axis, two, three, four, five, six,
 #: eight, nine or ten times over, is so under one of these.
 TURNS = (72.0, 120.0, 180.0)
-#: Turned poses whose objective is larger than so many times that of the pose itself are no rivals. A
-#: right pose of a box with less overlap than a wrong one had four times as much.
+#: Turned poses whose objective is larger than so many times that of the pose itself are no rivals.
+#: The right pose of a box, with less overlap than a wrong one, had four times as much.
 AS_GOOD = 10.0
 
 
