@@ -19,9 +19,10 @@ from mvreg.types import Array, Registration, View
 #: Turns (degrees) about each axis: what is symmetric about an axis, two, three, four, five, six,
 #: eight, nine or ten times over, is so under one of these.
 TURNS = (72.0, 120.0, 180.0)
-#: Turned poses whose objective is larger than so many times that of the pose itself are no rivals.
-#: The right pose of a box, with less overlap than a wrong one, had four times as much.
-AS_GOOD = 10.0
+#: Turned poses whose objective is larger than so many times that of the pose itself are no rivals,
+#: where exact scans count as if they fitted to a third of a resolution. The right pose of a box,
+#: with less overlap than a wrong one, had four times as much.
+AS_GOOD, FINEST = 10.0, 0.3
 
 
 def turned(registration: Registration, source: View, target: View, refine: Refine) -> Array:
@@ -49,7 +50,8 @@ def turned(registration: Registration, source: View, target: View, refine: Refin
     starts = [turn @ pose for turn in _turns(source, target, pose)]
     _ = target.tree  # built once, before the threads ask for it
     own, *others = in_threads(lambda start: refine(few, target, start), [pose, *starts])
-    good = [one for one in others if one.objective <= AS_GOOD * own.objective]
+    most = AS_GOOD * max(own.objective, (FINEST * source.scale.resolution) ** 2)
+    good = [one for one in others if one.objective <= most]
     good.sort(key=lambda one: one.objective)
     return np.array([one.T_target_source for one in good]).reshape(-1, 4, 4)
 
