@@ -11,11 +11,12 @@ from mvreg.assessed import Assessment as Assessment
 from mvreg.assessed import LinkAssessment as LinkAssessment
 from mvreg.assessed import ScanAssessment as ScanAssessment
 from mvreg.assessed import Uncertainty as Uncertainty
-from mvreg.contact import Contact, asked, balance_of, coarse
+from mvreg.contact import Contact, balance_of, coarse
 from mvreg.errors import InputError
 from mvreg.evidence import weigh
 from mvreg.grade import Grade, grade
 from mvreg.parallel import in_threads
+from mvreg.surfaces import asked
 from mvreg.types import Array, Result, Scan, ScanSet, View
 from mvreg.weighing import Names, Weighing
 

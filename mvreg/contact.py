@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mvreg import se3
-from mvreg.nearest import nearest
-from mvreg.surfaces import LEAST_COSINE, MOST_POINTS, REACH, neighbours
+from mvreg.surfaces import REACH, asked, neighbours, touch
 from mvreg.types import Array, View
 
 
@@ -31,11 +30,6 @@ class Contact:
     def overlap(self) -> float:
         """Share of the source's points that met."""
         return float(self.met.mean())
-
-
-def asked(view: View) -> slice:
-    """The points of a view that are asked: at most 1000, evenly spread over the list."""
-    return slice(None, None, max(1, -(-len(view.points) // MOST_POINTS)))
 
 
 def contacts(poses: Mapping[str, Array], views: Sequence[View]) -> list[Contact]:
@@ -74,20 +68,9 @@ def coarse(view: View) -> float:
 
 
 def _contact(source: View, target: View, T_target_source: Array) -> Contact:
-    reach = REACH * coarse(target)
-    points = se3.apply(T_target_source, source.points[asked(source)])
-    normals = source.normals[asked(source)] @ T_target_source[:3, :3].T
-    # The box first: most points of a pair that hardly overlaps then cost no query.
-    met = ((points >= target.tree.mins - reach) & (points <= target.tree.maxes + reach)).all(1)
-    distances, partners = nearest(target.tree, points[met], reach)
-    near = np.isfinite(distances)
-    met[met] = near
-    partners = partners[near]
-    planes = target.normals[partners]
-    agree = np.abs(np.einsum("ij,ij->i", normals[met], planes)) > LEAST_COSINE
-    offsets = points[met] - target.points[partners]
-    heights = np.abs(np.einsum("ij,ij->i", offsets, planes))[agree]
-    met[met] = agree
+    which, heights = touch(source, target, T_target_source, REACH * coarse(target))
+    met = np.zeros(len(source.points[asked(source)]), dtype=bool)
+    met[which] = True
     return Contact(source, target, met, heights)
 
 

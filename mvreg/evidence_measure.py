@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mvreg import se3
-from mvreg.nearest import nearest
+from mvreg.nearest import within
 from mvreg.sensor import RangeImage, Sensor
 from mvreg.surfaces import LEAST_COSINE
 from mvreg.types import Array, Indices, View
@@ -150,7 +150,7 @@ def look(moving: View, still: View, T_still_moving: Array) -> Side:
     """What the points of `moving` show on the surface of `still`; spots are in `moving`'s frame."""
     here, there = witness(moving), witness(still)
     points = se3.apply(T_still_moving, here.points)
-    near, partners = _on_surface(points, still, there.reach)
+    near, partners, _ = within(still.tree, points, there.reach)
     turned = here.normals[near] @ T_still_moving[:3, :3].T
     planes = still.normals[partners]
     cosines = (turned * planes).sum(axis=1)
@@ -171,20 +171,6 @@ def look(moving: View, still: View, T_still_moving: Array) -> Side:
         consistent, front,
         there.image is not None, there.known, float(floor),
     )  # fmt: skip
-
-
-def _on_surface(points: Array, still: View, reach: float) -> tuple[Indices, Indices]:
-    """Which points (M,) are within `reach` of a view's, and their neighbours there (M,)."""
-    none = np.empty(0, dtype=np.intp)
-    if not len(points) or not len(still.points):
-        return none, none
-    tree = still.tree
-    # The box first: most points of views that hardly meet then cost no query.
-    inside = ((points >= tree.mins - reach) & (points <= tree.maxes + reach)).all(axis=1)
-    asked = np.flatnonzero(inside)
-    distances, partners = nearest(tree, points[asked], reach)
-    met = np.isfinite(distances)
-    return asked[met], partners[met]
 
 
 def _seen(image: RangeImage | None, points: Array, still: View) -> tuple[int, int]:

@@ -41,6 +41,27 @@ def nearest(tree: cKDTree, queries: Array, bound: float = np.inf) -> tuple[Array
     return distances, indices
 
 
+def within(tree: cKDTree, queries: Array, reach: float) -> tuple[Indices, Indices, Array]:
+    """The queries that have a neighbour within `reach` (length), if there are any.
+
+    The tree's box is asked first: most points of clouds that hardly overlap then cost no query.
+
+    Returns
+    -------
+    which, partners : (M,) arrays
+        Positions among the queries, ascending, and of their nearest neighbours in the tree.
+    distances : (M,) array
+    """
+    if not tree.n or not len(queries):
+        none = np.empty(0, dtype=np.intp)
+        return none, none, np.empty(0)
+    inside = ((queries >= tree.mins - reach) & (queries <= tree.maxes + reach)).all(axis=1)
+    asked = np.flatnonzero(inside)
+    distances, partners = nearest(tree, queries[asked], reach)
+    found = np.isfinite(distances)
+    return asked[found], partners[found], distances[found]
+
+
 def mean_spacing(points: Array, tree: cKDTree | None = None, most: int = 5000) -> float:
     """Mean distance of a point to the nearest other point, d_X (length).
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mvreg import se3
-from mvreg.nearest import nearest
-from mvreg.types import Array, View
+from mvreg.nearest import within
+from mvreg.types import Array, Indices, View
 
 #: Neighbours further apart than this are no overlap (resolutions).
 REACH = 3.0
@@ -103,7 +103,7 @@ def _heights(poses: Mapping[str, Array], views: Sequence[View]) -> list[Array]:
     for i, j in neighbours(placed, poses, reach):
         source, target = placed[i], placed[j]
         transform = se3.invert(poses[target.name]) @ poses[source.name]
-        found.append(_point_to_plane(source, target, transform, reach))
+        found.append(touch(source, target, transform, reach)[1])
     return [heights for heights in found if len(heights)]
 
 
@@ -126,26 +126,51 @@ def neighbours(
     list of (int, int)
         Positions in `views`.
     """
-    clouds = [se3.apply(poses[view.name], view.points) for view in views]
+    pairs = near_boxes([se3.apply(poses[view.name], view.points) for view in views], reach)
+    return sorted([*pairs, *((j, i) for i, j in pairs)])
+
+
+def near_boxes(clouds: Sequence[Array], reach: float) -> list[tuple[int, int]]:
+    """Pairs i < j of clouds (N, 3) whose boxes come within `reach` (length) of each other.
+
+    A sweep along the first axis; the other two are asked only of those that meet on it, so that
+    the time goes with the number of pairs that do.
+    """
     low = np.stack([cloud.min(axis=0) for cloud in clouds]) - reach / 2
     high = np.stack([cloud.max(axis=0) for cloud in clouds]) + reach / 2
-    near = (low[:, None] <= high[None]).all(axis=2) & (low[None] <= high[:, None]).all(axis=2)
-    return [(int(i), int(j)) for i, j in np.argwhere(near) if i != j]
+    order = np.argsort(low[:, 0], kind="stable")
+    ends = np.searchsorted(low[order, 0], high[order, 0], side="right")
+    found = []
+    for place, i in enumerate(order):
+        others = order[place + 1 : ends[place]]
+        meet = (low[others] <= high[i]).all(axis=1) & (low[i] <= high[others]).all(axis=1)
+        found += [(int(min(i, j)), int(max(i, j))) for j in others[meet]]
+    return sorted(found)
 
 
-def _point_to_plane(source: View, target: View, T_target_source: Array, reach: float) -> Array:
-    """Distances of source points to the target's tangent planes, where the surfaces meet."""
-    step = -(-len(source.points) // MOST_POINTS)
-    points = se3.apply(T_target_source, source.points[::step])
-    normals = source.normals[::step] @ T_target_source[:3, :3].T
-    # The box first: most points of a pair that hardly overlaps then cost no query.
-    inside = ((points >= target.tree.mins - reach) & (points <= target.tree.maxes + reach)).all(1)
-    points, normals = points[inside], normals[inside]
-    distances, partners = nearest(target.tree, points, reach)
-    met = np.isfinite(distances)
-    points, normals, partners = points[met], normals[met], partners[met]
+def asked(view: View) -> slice:
+    """The points of a view that are asked: at most 1000, evenly spread over the list."""
+    return slice(None, None, max(1, -(-len(view.points) // MOST_POINTS)))
+
+
+def touch(
+    source: View, target: View, T_target_source: Array, reach: float
+) -> tuple[Indices, Array]:
+    """Where the asked points of a view lie on the surface of another.
+
+    Returns
+    -------
+    which : (M,) array
+        Positions among the points `asked`: those with a neighbour within `reach` (length), and a
+        normal that agrees with its own.
+    heights : (M,) array
+        Their distances from the tangent planes there (length).
+    """
+    points = se3.apply(T_target_source, source.points[asked(source)])
+    normals = source.normals[asked(source)] @ T_target_source[:3, :3].T
+    which, partners, _ = within(target.tree, points, reach)
     planes = target.normals[partners]
-    agree = np.abs(np.einsum("ij,ij->i", normals, planes)) > LEAST_COSINE
-    offsets = points[agree] - target.points[partners[agree]]
-    heights: Array = np.abs(np.einsum("ij,ij->i", offsets, planes[agree]))
-    return heights
+    agree = np.abs(np.einsum("ij,ij->i", normals[which], planes)) > LEAST_COSINE
+    which, partners, planes = which[agree], partners[agree], planes[agree]
+    heights = np.einsum("ij,ij->i", points[which] - target.points[partners], planes)
+    return which, np.abs(heights)

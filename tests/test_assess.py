@@ -243,7 +243,7 @@ def test_pairs_that_are_apart_cost_no_query(monkeypatch):
     poses = {
         v.name: se3.from_parts(np.eye(3), np.array([1000.0 * k, 0, 0])) for k, v in enumerate(views)
     }
-    monkeypatch.setattr("mvreg.contact.nearest", lambda *a: asked.append(a))
+    monkeypatch.setattr("mvreg.nearest.nearest", lambda *a: asked.append(a))
     assert contacts(poses, views) == []
     assert asked == []
 

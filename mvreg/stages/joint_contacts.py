@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from mvreg import se3
-from mvreg.nearest import nearest
+from mvreg.nearest import within
 from mvreg.parallel import in_threads
 from mvreg.stages.joint_surface import Surface
-from mvreg.surfaces import LEAST_COSINE
+from mvreg.surfaces import LEAST_COSINE, near_boxes
 from mvreg.types import Array, Indices
 
 #: Contacts of a pair of scans, at least: twice as many as a motion has degrees of freedom.
@@ -47,22 +47,9 @@ class Gate:
 
 
 def touching(surfaces: Sequence[Surface], motions: Array, reach: float) -> list[tuple[int, int]]:
-    """Pairs i < j of placed scans whose boxes in the model frame come within `reach` (length).
-
-    A sweep along the first axis; the other two are asked only of those that meet on it, so that
-    the time goes with the number of pairs that do.
-    """
+    """Pairs i < j of placed scans whose boxes in the model frame come within `reach` (length)."""
     clouds = [se3.apply(motion, s.points) for s, motion in zip(surfaces, motions, strict=True)]
-    low = np.stack([cloud.min(axis=0) for cloud in clouds]) - reach / 2
-    high = np.stack([cloud.max(axis=0) for cloud in clouds]) + reach / 2
-    order = np.argsort(low[:, 0], kind="stable")
-    ends = np.searchsorted(low[order, 0], high[order, 0], side="right")
-    found = []
-    for place, i in enumerate(order):
-        others = order[place + 1 : ends[place]]
-        meet = (low[others] <= high[i]).all(axis=1) & (low[i] <= high[others]).all(axis=1)
-        found += [(int(min(i, j)), int(max(i, j))) for j in others[meet]]
-    return sorted(found)
+    return near_boxes(clouds, reach)
 
 
 def contacts(
@@ -98,13 +85,8 @@ def _contacts(surfaces: Sequence[Surface], motions: Array, i: int, j: int, gate:
     samples = np.arange(0, len(source.points), gate.stride)
     samples = samples[source.whole[samples]]
     points = se3.apply(transform, source.points[samples])
-    # The box first: most points of a pair that hardly overlaps then cost no query.
-    low, high = target.tree.mins - gate.reach, target.tree.maxes + gate.reach
-    inside = ((points >= low) & (points <= high)).all(axis=1)
-    samples, points = samples[inside], points[inside]
-    distances, patches = nearest(target.tree, points, gate.reach)
-    met = np.isfinite(distances)
-    samples, points, patches = samples[met], points[met], patches[met]
+    met, patches, _ = within(target.tree, points, gate.reach)
+    samples, points = samples[met], points[met]
     _, normals, aside = target.gaps(points, patches, gate.flat)
     cosines = ((source.normals[samples] @ transform[:3, :3].T) * normals).sum(axis=1)
     if not (source.oriented and target.oriented):

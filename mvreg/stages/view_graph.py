@@ -14,7 +14,7 @@ import numpy as np
 
 from mvreg import se3
 from mvreg.contracts import Refine
-from mvreg.nearest import nearest
+from mvreg.nearest import within
 from mvreg.parallel import in_threads
 from mvreg.stages.dense import dense
 from mvreg.surfaces import neighbours
@@ -147,10 +147,9 @@ def _distances(poses: Mapping[str, Array], source: View, target: View, reach: fl
     transform = se3.invert(poses[target.name]) @ poses[source.name]
     step = -(-len(source.points) // MOST_POINTS)
     points = se3.apply(transform, source.points[::step])
-    # The box first: most points of a pair that hardly overlaps then cost no query.
-    inside = ((points >= target.tree.mins - reach) & (points <= target.tree.maxes + reach)).all(1)
     distances = np.full(len(points), np.inf)
-    distances[inside] = nearest(target.tree, points[inside], reach)[0]
+    met, _, found = within(target.tree, points, reach)
+    distances[met] = found
     return distances
 
 
