@@ -10,7 +10,7 @@ stamp   := $(VENV)/.installed
 
 extra-mvreg-peers := [kiss]
 
-.PHONY: help demo report lint test docs clean
+.PHONY: help demo bench report lint test docs clean
 
 help: ## Say what there is
 	@echo 'make TARGET; each builds $(VENV) first when it is missing'
@@ -19,6 +19,10 @@ help: ## Say what there is
 demo: $(stamp) ## Register the embedded figurine
 	@echo '==> mvreg dataset=figurine'
 	@$(python) -m mvreg dataset=figurine
+
+bench: $(stamp) ## Measure methods, peers, growth and kernels; BENCH='methods --rounds 5' for a part
+	@echo '==> bench$(if $(MVREG_DATA),, (MVREG_DATA is not set: those on real scans will fail))'
+	@$(python) experiments/bench.py $(BENCH)
 
 report: $(stamp) ## Tables and figures in experiments/results from what the experiments left in runs/
 	@echo '==> report'

@@ -11,6 +11,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+import bench_page
 import outcomes
 from pages import PAGES, Page
 from printed import SOURCE
@@ -21,8 +22,8 @@ from tables import gaps, jobs, table
 
 RESULTS = Path(__file__).resolve().parent / "results"
 IMAGES = (".svg", ".png")
-#: What ``floor.py`` writes.
-FLOOR = "floor.md"
+#: What ``floor.py`` writes; and what is made of the runs of ``bench.py``, where there are any.
+FLOOR, BENCH = "floor.md", "bench.md"
 
 LEGEND = """\
 `false`: scans placed more than 5 degrees off the truth. e_R: mean Frobenius norm of the rotations'
@@ -67,6 +68,11 @@ def main(root: Path = ROOT, out: Path = RESULTS, figures: bool = True) -> None:
         lines = robust_text(name, robust, parts, out)
         found = [run for part in parts.values() for run in part]
         contents.append(written(out / f"{name}.md", robust.title, lines, found))
+    measured = bench_page.write(root.parent / "bench" / "bench.json", out, figures)
+    if measured is not None:
+        sys.stdout.write(f"{out / BENCH}: {measured} runs\n")
+    if (out / BENCH).is_file():
+        contents.append(f"| [{bench_page.TITLE}]({BENCH}) | |")
     if (out / FLOOR).is_file():
         contents.append(f"| [How far the truth can be trusted]({FLOOR}) | |")
     (out / "README.md").write_text("\n".join(overview(contents)) + "\n", "utf-8")

@@ -1,0 +1,143 @@
+"""One measured run in a process of its own: what a benchmark starts again and again.
+
+    python experiments/bench_child.py '{"method": "fcpma", "dataset": "bunny"}' answer.json
+
+Imports and loading are over before the clock of the registration starts. Whatever libraries print,
+the answer goes to a file.
+"""
+
+from __future__ import annotations
+
+import json
+import resource
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mvreg.types import Result, ScanSet
+
+#: Imported by some stage only when it is called.
+IMPORTS = (
+    "mvreg", "mvreg.run", "mvreg.evaluate", "scipy.spatial", "scipy.sparse.linalg",
+    "scipy.sparse.csgraph", "scipy.optimize",
+)  # fmt: skip
+#: What a peer needs besides.
+PEERS: Mapping[str, Sequence[str]] = {
+    "open3d_multiway": ("mvreg_peers.open3d_multiway", "open3d"),
+    "kiss_gicp": ("mvreg_peers.kiss_gicp", "kiss_matcher", "small_gicp"),
+}
+#: The stages of a run, in order. A peer brings its own.
+STAGES = ("downsample", "describe", "seed", "propagate", "refine", "judge", "augment", "adjust")
+#: A scan further from its truth than this (degrees) is placed falsely.
+FALSE = 5.0
+
+
+def main(spec: Mapping[str, Any], file: Path) -> None:
+    """Run what `spec` asks for, and write what was measured."""
+    start = time.perf_counter()
+    imported(str(spec["method"]))
+    imports, start = time.perf_counter() - start, time.perf_counter()
+    scanset = loaded(spec)
+    loading, held = time.perf_counter() - start, resident()
+    answer = registered(spec, scanset)
+    answer |= {"imports": imports, "load": loading, "held_mb": held, "peak_mb": peak()}
+    file.write_text(json.dumps(answer), "utf-8")
+
+
+def imported(method: str) -> None:
+    """Import whatever the method will ask for; a peer that is missing says so itself, later."""
+    from mvreg import load_open3d
+
+    for name in (*IMPORTS, *PEERS.get(method, ())):
+        try:
+            load_open3d() if name == "open3d" else import_module(name)
+        except ImportError:
+            continue
+
+
+def loaded(spec: Mapping[str, Any]) -> ScanSet:
+    """The scans: a data set by its name, or a column that is kept in a folder."""
+    import numpy as np
+    from bench_column import Column
+
+    import mvreg
+
+    rng, more = int(spec.get("rng", 0)), dict(spec.get("parameters", {}))
+    if spec["dataset"] == "column":
+        return Column(**more)(np.random.default_rng(rng))
+    return mvreg.dataset(str(spec["dataset"]), rng, **more)
+
+
+def registered(spec: Mapping[str, Any], scanset: ScanSet) -> dict[str, Any]:
+    """Register the scans against the clock."""
+    import numpy as np
+
+    from mvreg.events import ignore
+    from mvreg.report import pair_seconds
+    from mvreg.run import load_method, run
+
+    method, rng = load_method(str(spec["method"])), np.random.default_rng(int(spec.get("rng", 0)))
+    known = set(sys.modules)
+    result, _, seconds = run(scanset.scans, method, rng, ignore)
+    late = sorted(set(sys.modules) - known)
+    total = seconds.pop("total")
+    stages = {**pair_seconds(result.pairs), **seconds}
+    if spec["method"] in PEERS:  # they work on the raw scans: this was for the evaluation
+        total -= stages.pop("downsample", 0.0) + stages.pop("describe", 0.0)
+    stages["other"] = total - sum(stages.values())
+    points = sum(len(scan.points) for scan in scanset.scans)
+    found = {"seconds": total, "stages": stages, "late_imports": late, "points": points}
+    return found | outcome(result, scanset)
+
+
+def outcome(result: Result, scanset: ScanSet) -> dict[str, Any]:
+    """How many scans have a place, and how far from the truth."""
+    from mvreg.evaluate import result_errors
+
+    errors, apart = result_errors(result, scanset)
+    each = [error for part in (errors, *apart) if part for error in part.scans.values()]
+    mean = None if errors is None else errors.mean
+    return {
+        "scans": len(scanset.scans),
+        "placed": len(result.poses),
+        "parts": [len(part) for part in result.components],
+        "false": None if mean is None else sum(error.angle > FALSE for error in each),
+        "pairs": len(result.pairs),
+        "rotation": None if mean is None else mean.rotation,
+        "translation": None if mean is None else mean.translation,
+    }
+
+
+def peak() -> float:
+    """The most memory that this process had resident so far (MB).
+
+    Linux hands the figure of `getrusage` down from the process that started this one, so that its
+    own account is asked first.
+    """
+    own = status("VmHWM")
+    if own is not None:
+        return own
+    unit = 1e6 if sys.platform == "darwin" else 1e3  # bytes there, kilobytes elsewhere
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / unit
+
+
+def resident() -> float | None:
+    """The memory that this process has resident now (MB), None where the system does not tell."""
+    return status("VmRSS")
+
+
+def status(key: str) -> float | None:
+    """A figure of Linux's account of this process (MB), None elsewhere."""
+    file = Path("/proc/self/status")
+    if not file.is_file():
+        return None
+    lines = [line for line in file.read_text("utf-8").splitlines() if line.startswith(f"{key}:")]
+    return int(lines[0].split()[1]) * 1024 / 1e6 if lines else None
+
+
+if __name__ == "__main__":
+    main(json.loads(sys.argv[1]), Path(sys.argv[2]))

@@ -1,0 +1,73 @@
+"""What is told of repeated measurements: medians, spread, ratios, and how costs grow."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from statistics import median
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Several measurements of one thing: `count` of them, from `least` to `most`."""
+
+    median: float
+    least: float
+    most: float
+    count: int
+
+    def shown(self, form: str) -> str:
+        """Median and, where there are several, least and most."""
+        if self.count == 1:
+            return f"{self.median:{form}}"
+        return f"{self.median:{form}} ({self.least:{form}} to {self.most:{form}})"
+
+
+def spread(values: Iterable[float | None]) -> Spread | None:
+    """Of the values that are known; None where there are none."""
+    known = [float(v) for v in values if v is not None and math.isfinite(v)]
+    return Spread(median(known), min(known), max(known), len(known)) if known else None
+
+
+def ratio(theirs: Spread | None, ours: Spread | None) -> float | None:
+    """How often ours goes into theirs, by the medians; None where one of them is not known."""
+    if theirs is None or ours is None or not ours.median > 0:
+        return None
+    return theirs.median / ours.median
+
+
+@dataclass(frozen=True)
+class Growth:
+    """``cost = factor * size ** exponent``, fitted to all sizes; `last`: between the largest two.
+
+    Where a fixed cost rules the small sizes the fit is flatter than what is to be expected further
+    on, which `last` shows.
+    """
+
+    exponent: float
+    factor: float
+    last: float
+
+    def at(self, size: float) -> float:
+        """What the fit says of a size."""
+        return float(self.factor * size**self.exponent)
+
+
+def growth(sizes: Sequence[float], costs: Sequence[float | None]) -> Growth | None:
+    """Least squares in logarithms; None with fewer than two sizes, or costs that are not positive.
+
+    Parameters
+    ----------
+    sizes, costs : sequences of float
+        Costs may be None, for sizes that were not measured.
+    """
+    known = sorted((s, c) for s, c in zip(sizes, costs, strict=True) if c is not None and c > 0)
+    if len({size for size, _ in known}) < 2:
+        return None
+    size, cost = np.log(np.array(known, dtype=float)).T
+    exponent, offset = np.polyfit(size, cost, 1)
+    last = (cost[-1] - cost[-2]) / (size[-1] - size[-2])
+    return Growth(float(exponent), float(np.exp(offset)), float(last))
