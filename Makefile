@@ -48,7 +48,9 @@ clean: ## Remove the environment and what tools left behind; keep runs
 
 # Again whenever what is to be installed may have changed. Where Python comes without ensurepip, as
 # on Debian, its own pip fills the environment.
-$(stamp): pyproject.toml $(plugins:%=%/pyproject.toml)
+kernels := $(wildcard mvreg/kernels/*.pyx mvreg/kernels/*.pxd)
+
+$(stamp): pyproject.toml $(kernels) $(plugins:%=%/pyproject.toml)
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "mvreg needs Python 3.11 or newer; try: make PYTHON=python3.12" >&2; exit 1; }
 	@echo '==> building $(VENV): a download of some hundred megabytes, once'

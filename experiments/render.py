@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mvreg import se3
-from mvreg.nearest import WORKERS, build_tree
+from mvreg.nearest import build_tree
 from mvreg.types import Array, Indices
 
 CLAY = np.array([0.80, 0.76, 0.70])
@@ -131,7 +131,7 @@ def laid_out(clouds: Sequence[Cloud], columns: int, width: float, height: float)
 def smoothed(cloud: Cloud, neighbours: int = 24) -> Cloud:
     """The cloud with normals averaged over neighbours that face the same way."""
     tree = build_tree(cloud.points)
-    _, indices = tree.query(cloud.points, k=neighbours, workers=WORKERS)
+    _, indices = tree.query(cloud.points, k=neighbours)
     nearby = cloud.normals[indices]
     same = np.einsum("nkc,nc->nk", nearby, cloud.normals) > 0
     total = (nearby * same[..., None]).sum(axis=1)

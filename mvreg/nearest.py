@@ -2,32 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mvreg.parallel import threads
+from mvreg.parallel import in_threads, threads
 from mvreg.types import Array, Indices
 
 if TYPE_CHECKING:
-    from scipy.spatial import cKDTree
+    from mvreg.kernels.tree import Tree
 
 #: Queries run on all cores; the answers do not depend on how many there are.
 WORKERS = threads()
-#: Fewer queries than this are answered before threads have started.
-FEW = 5000
+#: So many queries make a part worth a thread's while.
+FEW = 2000
 
 
-def build_tree(points: Array) -> cKDTree:
-    """A k-d tree; unbalanced and loose, which is 3 to 4 times faster on surfaces."""
-    from scipy.spatial import cKDTree
+def build_tree(points: Array) -> Tree:
+    """A k-d tree over points (N, 3)."""
+    from mvreg.kernels.tree import Tree
 
-    return cKDTree(points, balanced_tree=False, compact_nodes=False)
+    return Tree(points)
 
 
-def nearest(tree: cKDTree, queries: Array, bound: float = np.inf) -> tuple[Array, Indices]:
-    """The nearest neighbour of each query within `bound` (length).
+def nearest(tree: Tree, queries: Array, bound: float = np.inf) -> tuple[Array, Indices]:
+    """The nearest neighbour of each query (M, 3) within `bound` (length).
 
     Returns
     -------
@@ -36,12 +36,32 @@ def nearest(tree: cKDTree, queries: Array, bound: float = np.inf) -> tuple[Array
     indices : (M,) array
         ``tree.n`` where there is no neighbour within the bound.
     """
-    workers = WORKERS if len(queries) > FEW else 1
-    distances, indices = tree.query(queries, distance_upper_bound=bound, workers=workers)
-    return distances, indices
+    return in_slices(lambda some: tree.nearest(some, bound), queries)
 
 
-def within(tree: cKDTree, queries: Array, reach: float) -> tuple[Indices, Indices, Array]:
+def neighbours_of(
+    tree: Tree, queries: Array, count: int, bound: float = np.inf
+) -> tuple[Array, Indices]:
+    """The `count` nearest neighbours of each query (M, 3): distances, indices (M, count).
+
+    What is missing within `bound` (length) is as in `nearest`.
+    """
+    ranks = list(range(1, count + 1))
+    return in_slices(lambda some: tree.query(some, ranks, bound), queries)
+
+
+def in_slices(
+    ask: Callable[[Array], tuple[Array, Indices]], queries: Array
+) -> tuple[Array, Indices]:
+    """What `ask` answers for all queries, a part of them in each thread if there are many."""
+    if len(queries) < 2 * FEW:
+        return ask(queries)
+    parts = in_threads(ask, np.array_split(queries, len(queries) // FEW))
+    distances, indices = zip(*parts, strict=True)
+    return np.concatenate(distances), np.concatenate(indices)
+
+
+def within(tree: Tree, queries: Array, reach: float) -> tuple[Indices, Indices, Array]:
     """The queries that have a neighbour within `reach` (length), if there are any.
 
     The tree's box is asked first: most points of clouds that hardly overlap then cost no query.
@@ -62,7 +82,7 @@ def within(tree: cKDTree, queries: Array, reach: float) -> tuple[Indices, Indice
     return asked[found], partners[found], distances[found]
 
 
-def mean_spacing(points: Array, tree: cKDTree | None = None, most: int = 5000) -> float:
+def mean_spacing(points: Array, tree: Tree | None = None, most: int = 5000) -> float:
     """Mean distance of a point to the nearest other point, d_X (length).
 
     At most `most` points are asked, evenly spread over the list. Duplicates count as one point.
@@ -71,8 +91,9 @@ def mean_spacing(points: Array, tree: cKDTree | None = None, most: int = 5000) -
     if len(points) < 2:
         return 0.0
     step = -(-len(points) // most)
-    tree = build_tree(points) if tree is None else tree
-    distances, _ = tree.query(points[::step], k=2, workers=WORKERS)
+    if tree is None:
+        tree = build_tree(points)
+    distances, _ = neighbours_of(tree, points[::step], 2)
     if (distances[:, 1] > 0).all():
         return float(distances[:, 1].mean())
     unique = np.unique(points, axis=0)

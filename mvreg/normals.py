@@ -6,7 +6,8 @@ from enum import Enum
 
 import numpy as np
 
-from mvreg.nearest import WORKERS, build_tree, nearest
+from mvreg.kernels.moments import normals as plane_normals
+from mvreg.nearest import build_tree, nearest
 from mvreg.types import Array, Features, Scan
 
 
@@ -88,10 +89,5 @@ def estimate_normals(scan: Scan, points: Array, mode: Orient, neighbours: int = 
     Twenty neighbours reach about two and a half spacings. Undetermined signs stay as they
     come; a point with fewer than three neighbours gets some unit vector.
     """
-    count = min(neighbours, len(scan.points))
-    _, indices = scan.tree.query(points, k=count, workers=WORKERS)
-    nearby = scan.points[indices.reshape(len(points), count)]
-    nearby = nearby - nearby.mean(axis=1, keepdims=True)
-    covariance = np.swapaxes(nearby, 1, 2) @ nearby
-    normals = np.linalg.eigh(covariance)[1][:, :, 0]
+    normals = plane_normals(scan.tree, points, neighbours)
     return orient(normals, points, scan, mode)[0]

@@ -5,10 +5,14 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from threading import local
 from typing import TypeVar
 
 Item = TypeVar("Item")
 Answer = TypeVar("Answer")
+
+#: Known to each thread by itself: whether it is one of those that work here.
+INSIDE = local()
 
 
 def threads() -> int:
@@ -22,12 +26,18 @@ def threads() -> int:
 
 
 def in_threads(function: Callable[[Item], Answer], items: Sequence[Item]) -> list[Answer]:
-    """``[function(item) for item in items]``, in threads: NumPy and SciPy release the lock.
+    """``[function(item) for item in items]``, in threads: NumPy and the kernels release the lock.
 
-    `function` must not share anything that it changes, a random generator least of all.
+    `function` must not share anything that it changes, a random generator least of all. Called
+    within itself it works through its items in one thread: the cores are busy already.
     """
     workers = min(threads(), len(items))
-    if workers < 2:
+    if workers < 2 or getattr(INSIDE, "busy", False):
         return [function(item) for item in items]
+
+    def one(item: Item) -> Answer:
+        INSIDE.busy = True
+        return function(item)
+
     with ThreadPoolExecutor(workers) as pool:
-        return list(pool.map(function, items))
+        return list(pool.map(one, items))

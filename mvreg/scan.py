@@ -18,7 +18,7 @@ from mvreg import se3
 from mvreg.errors import InputError
 
 if TYPE_CHECKING:
-    from scipy.spatial import cKDTree
+    from mvreg.kernels.tree import Tree
 
 Array = NDArray[np.float64]
 
@@ -84,7 +84,7 @@ class Scan:
             object.__setattr__(self, "view_direction", self.view_direction / norm)
 
     @cached_property
-    def tree(self) -> cKDTree:
+    def tree(self) -> Tree:
         """k-d tree over `points`."""
         from mvreg.nearest import build_tree
 

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mvreg.nearest import FEW, WORKERS, build_tree
+from mvreg.nearest import build_tree, neighbours_of
 from mvreg.sensor_estimate import estimated_direction as estimated_direction
 from mvreg.types import Array, Model, View
 
 if TYPE_CHECKING:
-    from scipy.spatial import cKDTree
+    from mvreg.kernels.tree import Tree
 
 
 class Sensor(Enum):
@@ -113,7 +113,7 @@ class RangeImage:
         return self.rays(self.points)
 
     @cached_property
-    def tree(self) -> cKDTree:
+    def tree(self) -> Tree:
         """k-d tree over the scan's own rays."""
         return build_tree(self.seen.across)
 
@@ -136,12 +136,7 @@ class RangeImage:
         """
         looked = self.rays(points)
         count = min(count, len(self.points))
-        distances, indices = self.tree.query(
-            looked.across,
-            k=np.arange(1, count + 1),
-            distance_upper_bound=reach,
-            workers=WORKERS if len(points) > FEW else 1,
-        )
+        distances, indices = neighbours_of(self.tree, looked.across, count, reach)
         found = np.isfinite(distances)
         heights = np.append(self.seen.height, 0.0)[indices]
         missed = ~found.any(axis=1)

@@ -17,7 +17,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from mvreg.nearest import WORKERS, build_tree
+from mvreg.nearest import build_tree, neighbours_of
 from mvreg.types import Array, View
 
 #: Directions tried, over half a sphere: about 5 degrees apart.
@@ -115,7 +115,7 @@ def dense_direction(view: View, landmark: Array) -> Array:
     cloud = view.points if view.scan is None else view.scan.points
     tree = build_tree(cloud) if view.scan is None else view.scan.tree
     count = min(NEIGHBOURS, len(cloud) - 1)
-    distances, indices = tree.query(points, k=count + 1, workers=WORKERS)
+    distances, indices = neighbours_of(tree, points, count + 1)
     reach = np.maximum(distances[:, -1], 1e-12 * view.resolution)
     shift = np.linalg.norm(cloud[indices].mean(axis=1) - points, axis=1)
     inner = shift < 0.25 * reach  # not at a border, where half the neighbours are missing

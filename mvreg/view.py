@@ -14,7 +14,7 @@ import numpy as np
 from mvreg.scan import Array, Scan
 
 if TYPE_CHECKING:
-    from scipy.spatial import cKDTree
+    from mvreg.kernels.tree import Tree
 
 
 @dataclass(frozen=True)
@@ -69,14 +69,14 @@ class View:
     scan: Scan | None = None
 
     @cached_property
-    def tree(self) -> cKDTree:
+    def tree(self) -> Tree:
         """k-d tree over `points`."""
         from mvreg.nearest import build_tree
 
         return build_tree(self.points)
 
     @cached_property
-    def keypoint_tree(self) -> cKDTree:
+    def keypoint_tree(self) -> Tree:
         """k-d tree over the keypoints."""
         from mvreg.nearest import build_tree
 

@@ -25,11 +25,12 @@ def test_the_nearest_is_what_brute_force_finds(rng, count, bound):
 
 def test_workers_do_not_change_the_answer(monkeypatch):
     points, queries = (scan.points for scan in blob_scans(2).scans)
-    many = np.concatenate([queries, queries + 0.1])
+    many = np.concatenate([queries + 0.01 * step for step in range(20)])
     tree = nearest.build_tree(points)
     answers = []
-    for workers in (1, 2, -1):
-        monkeypatch.setattr(nearest, "WORKERS", workers)
+    assert len(many) > 3 * nearest.FEW
+    for workers in ("1", "2", "5"):
+        monkeypatch.setenv("OMP_NUM_THREADS", workers)
         answers.append((*nearest.nearest(tree, many, 10.0), nearest.mean_spacing(points, tree)))
     for distances, indices, spacing in answers[1:]:
         np.testing.assert_array_equal(distances, answers[0][0])

@@ -5,13 +5,9 @@ from hypothesis import strategies as st
 
 from mvreg import se3
 from mvreg.errors import InputError
-from mvreg.stages.propagate import (
-    ConsensusPropagate,
-    angles_to,
-    band_pairs,
-    best_of_each,
-    consensus,
-)
+from mvreg.kernels import propagate as kernels
+from mvreg.kernels.reference.propagate import angles_to, band_pairs, best_of_each
+from mvreg.stages.propagate import ConsensusPropagate, triples
 from mvreg.testing import overlap, pipeline
 from mvreg.types import Matches
 
@@ -58,6 +54,13 @@ def test_angles_are_the_same_in_every_frame(rng):
         np.testing.assert_allclose(angles[3], 0, atol=1e-7)
         assert angles.max() <= (np.pi if oriented else np.pi / 2)
     np.testing.assert_allclose(angles_to(signs * normals, 3, False), angles_to(normals, 3, False))
+
+
+def consensus(source, target, tolerance, samples, rng):
+    """The consensus of matched points (M, 3)."""
+    both = np.stack([np.arange(len(source))] * 2, axis=1)
+    draws = triples(len(source), samples, rng)
+    return kernels.consensus(source, target, both, draws, tolerance)
 
 
 def planted(rng, agreeing, outliers, noise=0.0):
@@ -145,7 +148,7 @@ def test_spreading_starts_at_the_seed_and_keeps_distances():
     own, other = pair.source.features.keypoints, pair.target.features.keypoints
     lengths = []
     for i, j in seeds.indices[:20]:
-        spread = stage.spread(pair.source, pair.target, int(i), int(j))
+        (spread,) = stage.spread(pair.source, pair.target, np.array([[i, j]]))
         np.testing.assert_array_equal(spread[0], [i, j])
         assert len(set(spread[:, 1])) == len(spread), "each target keypoint is matched once"
         here = np.linalg.norm(own[spread[:, 0]] - own[i], axis=1)

@@ -6,9 +6,10 @@ import pytest
 
 from mvreg import se3
 from mvreg.errors import InputError
+from mvreg.kernels import icp
 from mvreg.pipeline import SCREENING
 from mvreg.stages.plane_icp import smallest_step
-from mvreg.stages.refine import TrimmedICP, trimmed_pairs
+from mvreg.stages.refine import Trim, TrimmedICP
 from mvreg.stages.refine_planes import GeneralizedICP, PointToPlane, SymmetricICP
 from mvreg.testing import blob_views, overlap, plane_scans
 from mvreg.testing.compare import apart
@@ -82,7 +83,7 @@ def test_it_trims_as_tricp_does(stage):
         pair.source, pair.target, pair.T_target_source
     )
     moved = se3.apply(found.T_target_source, pair.source.points)
-    pairs = trimmed_pairs(pair.target, moved, np.inf, 0.2, exponent=1.0)
+    pairs = Trim(*icp.trimmed(pair.target.tree, moved, np.inf, 0.2, 2.0))
     np.testing.assert_array_equal(found.pairs[:, 0], pairs.chosen)
     np.testing.assert_array_equal(found.pairs[:, 1], pairs.targets)
 

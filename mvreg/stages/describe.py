@@ -7,11 +7,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mvreg.errors import InputError, check_positive
+from mvreg.kernels.moments import moments
+from mvreg.nearest import build_tree
 from mvreg.normals import Orient, orient
 from mvreg.types import Array, Features, Scan
-
-#: Rows and columns of the upper triangle of a symmetric 3x3 matrix.
-UPPER = np.triu_indices(3)
 
 
 def neighbourhood_moments(
@@ -19,7 +18,7 @@ def neighbourhood_moments(
 ) -> tuple[Array, Array, Array]:
     """Moments of the raw points around keypoints, for growing radii.
 
-    One query at the largest radius; each neighbour falls into one shell, and the sums over the
+    One search at the largest radius; each neighbour falls into one shell, and the sums over the
     shells accumulate.
 
     Parameters
@@ -38,26 +37,8 @@ def neighbourhood_moments(
     second : (K, L, 3, 3) array
         Sums of their outer products.
     """
-    from mvreg.nearest import build_tree
-
-    points = scan.points[::stride]
-    tree = scan.tree if stride == 1 else build_tree(points)
-    found = build_tree(keypoints).sparse_distance_matrix(tree, radii[-1], output_type="ndarray")
-    cells = found["i"] * len(radii) + np.searchsorted(radii, found["v"])
-    size = len(keypoints) * len(radii)
-    offsets = points[found["j"]] - keypoints[found["i"]]
-
-    def accumulate(values: Array | None) -> Array:
-        sums = np.bincount(cells, values, minlength=size).reshape(len(keypoints), len(radii))
-        total: Array = np.cumsum(sums, axis=1)
-        return total
-
-    first = np.stack([accumulate(offsets[:, axis]) for axis in range(3)], axis=-1)
-    second = np.empty((len(keypoints), len(radii), 3, 3))
-    for row, column in zip(*UPPER, strict=True):
-        moment = accumulate(offsets[:, row] * offsets[:, column])
-        second[..., row, column] = second[..., column, row] = moment
-    return accumulate(None), first, second
+    tree = scan.tree if stride == 1 else build_tree(scan.points[::stride])
+    return moments(tree, keypoints, radii)
 
 
 @dataclass(frozen=True)

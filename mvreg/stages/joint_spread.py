@@ -9,13 +9,13 @@ import numpy as np
 from mvreg.types import Array
 
 if TYPE_CHECKING:
-    from scipy.spatial import cKDTree
+    from mvreg.kernels.tree import Tree
 
 #: Nearest patches that tell how densely patches lie: a share of so many is known to a quarter.
 AROUND = 12
 
 
-def shares(tree: cKDTree, density: Array, total: int) -> Array:
+def shares(tree: Tree, density: Array, total: int) -> Array:
     """How many of `total` raw points each patch stands for (S,).
 
     As densely as raw points lie there, over how densely patches do: patches that are spread evenly

@@ -21,7 +21,7 @@ from mvreg.stages.joint_spread import axes_about, shares
 from mvreg.types import Array, Indices, View
 
 if TYPE_CHECKING:
-    from scipy.spatial import cKDTree
+    from mvreg.kernels.tree import Tree
 
 #: Patches per scan, at most: more of them share their raw points, and add nothing.
 MOST_SAMPLES = 5000
@@ -68,7 +68,7 @@ class Surface:
         of Bunny, Dragon and Buddha down by a fifth, a tenth and an eighth.
     share : (S,) array
         Raw points of the scan that each patch stands for.
-    tree : cKDTree
+    tree : Tree
         Of the origins.
     oriented : bool
         False where the signs of the normals mean nothing.
@@ -84,7 +84,7 @@ class Surface:
     whole: Array
     trust: Array
     share: Array
-    tree: cKDTree
+    tree: Tree
     oriented: bool
 
     def gaps(self, points: Array, patches: Indices, flat: bool) -> tuple[Array, Array, Array]:
@@ -143,7 +143,7 @@ def _surface(view: View, dense: bool) -> Surface:
         samples, facing = view.points[::step], view.normals[::step]
     share = len(raw) / len(samples)
     count = min(int(np.clip(COVER * share, FEWEST, MOST)), len(raw))
-    _, indices = tree.query(samples, k=np.arange(1, count + 1))
+    _, indices = tree.query(samples, k=list(range(1, count + 1)))
     fitted = _fitted(raw[indices], samples, facing, len(raw), view.features.oriented)
     image = witness(view).image
     if image is None:

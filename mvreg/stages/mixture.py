@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mvreg import se3
-from mvreg.nearest import WORKERS, build_tree, mean_spacing
+from mvreg.nearest import WORKERS, build_tree, mean_spacing, neighbours_of
 from mvreg.types import Array, Indices
 
 #: A point answers for this many components, the nearest: farther ones have next to no share.
@@ -59,7 +59,9 @@ def thinned(points: Array, gap: float) -> Array:
 
     Greedy in the order given; the same in any frame.
     """
-    near = build_tree(points).query_ball_point(points, gap, workers=WORKERS)
+    from scipy.spatial import cKDTree
+
+    near = cKDTree(points).query_ball_point(points, gap, workers=WORKERS)
     free, kept = np.ones(len(points), dtype=bool), []
     for index, neighbours in enumerate(near):
         if free[index]:
@@ -89,8 +91,8 @@ def expect(mixture: Mixture, points: Array, before: Shares | None) -> Shares:
     A point keeps the components that it had `before` where they explain it better than the nearest
     do now: that way the likelihood, cut short as it is, never falls.
     """
-    count = np.arange(1, min(NEAREST, len(mixture.means)) + 1)
-    _, chosen = build_tree(mixture.means).query(points, k=count, workers=WORKERS)
+    count = min(NEAREST, len(mixture.means))
+    _, chosen = neighbours_of(build_tree(mixture.means), points, count)
     parts = mixture.densities(points, chosen)
     if before is not None:
         old = mixture.densities(points, before.chosen)

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mvreg import se3
-from mvreg.stages.refine import Trim, TrimmedICP
+from mvreg.kernels import icp
+from mvreg.stages.refine import NARROWEST, WIDEST, Trim, TrimmedICP
 from mvreg.types import Array, View
 
 #: Levenberg's damping, in units of the mean eigenvalue of the normal equations. Where nothing holds
@@ -100,11 +101,11 @@ class PlaneICP(TrimmedICP, ABC):
     ) -> tuple[Array, Trim, int, bool]:
         """Pair, trim and step in turn, from `transform` until psi gets no smaller."""
         spacing = source.scale.spacing
-        bound, waited = 4 * spacing, 0
+        bound, waited = WIDEST * spacing, 0
         best = self.measure(source, target, transform, bound)
         pose, pairs = transform, best
         for iteration in range(1, self.max_iterations + 1):
-            bound = pairs.trim.next_bound(1e-9 * spacing)
+            bound = pairs.trim.next_bound(NARROWEST * spacing)
             transform = self.motion(pairs, spacing) @ transform
             pairs = self.measure(source, target, transform, bound)
             least = best.trim.objective
@@ -118,7 +119,7 @@ class PlaneICP(TrimmedICP, ABC):
     def measure(self, source: View, target: View, transform: Array, bound: float) -> PlanePairs:
         """The trimmed pairs of a pose, with psi as their objective."""
         points = se3.apply(transform, source.points)
-        trim = self.pair(target, points, bound)
+        trim = Trim(*icp.trimmed(target.tree, points, bound, self.min_overlap, self.power))
         moved, partners = points[trim.chosen], target.points[trim.targets]
         facing = source.normals[trim.chosen] @ transform[:3, :3].T
         directions = self.directions(facing, target.normals[trim.targets])

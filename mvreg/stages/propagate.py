@@ -8,91 +8,31 @@ import numpy as np
 
 from mvreg import se3
 from mvreg.errors import InputError, check_positive
+from mvreg.kernels import propagate as kernels
 from mvreg.nearest import nearest
 from mvreg.parallel import in_threads
 from mvreg.types import Array, Candidates, Indices, Matches, View
 
-
-def angles_to(normals: Array, index: int, oriented: bool) -> Array:
-    """Angles (K, L) in radians between all normals (K, L, 3) and those of one keypoint."""
-    cosine = np.einsum("klc,lc->kl", normals, normals[index])
-    if not oriented:
-        cosine = np.abs(cosine)
-    angles: Array = np.arccos(np.clip(cosine, -1, 1))
-    return angles
+#: Seeds that one thread takes at a time.
+PART = 32
 
 
-def band_pairs(wanted: Array, have: Array, tolerance: float) -> tuple[Indices, Indices]:
-    """All index pairs (i, j) with ``abs(wanted[i] - have[j]) <= tolerance``, grouped by i.
-
-    Sorting makes it O((m + n) log n + pairs), the cost that the paper claims.
-    """
-    order = np.argsort(have, kind="stable")
-    ascending = have[order]
-    first = np.searchsorted(ascending, wanted - tolerance, side="left")
-    last = np.searchsorted(ascending, wanted + tolerance, side="right")
-    count = last - first
-    i = np.repeat(np.arange(len(wanted)), count)
-    start = np.cumsum(count) - count
-    j = order[np.arange(count.sum()) - np.repeat(start - first, count)]
-    return i, j
-
-
-def best_of_each(group: Indices, cost: Array) -> Indices:
-    """Positions of the cheapest member of each group."""
-    order = np.lexsort((cost, group))
-    grouped = group[order]
-    fresh = np.ones(len(grouped), dtype=bool)
-    fresh[1:] = grouped[1:] != grouped[:-1]
-    return order[fresh]
-
-
-def consensus(
-    source: Array, target: Array, tolerance: float, samples: int, rng: np.random.Generator
-) -> tuple[Array, Indices] | None:
-    """Find the rigid motion that most matches agree with (RANSAC, all samples in one batch).
-
-    Parameters
-    ----------
-    source, target : (M, 3) arrays
-        Matched points.
-    tolerance : float
-        A match agrees if the motion brings it closer than this (length).
-    samples : int
-        Number of three-point samples.
-
-    Returns
-    -------
-    (T_target_source, agreeing) or None
-        The motion fitted to the agreeing matches, and which they are; None when no sample has more
-        than three.
-    """
-    # Three different matches a sample: offsets that skip what is already drawn.
-    size = len(source)
+def triples(size: int, samples: int, rng: np.random.Generator) -> Indices:
+    """Draw three different ones of `size` things, `samples` times: (samples, 3)."""
     draw = rng.integers(0, [size, size - 1, size - 2], size=(samples, 3))
+    # Offsets that skip what is already drawn.
     low = np.minimum(draw[:, 0], draw[:, 1] + (draw[:, 1] >= draw[:, 0]))
     draw[:, 1] += draw[:, 1] >= draw[:, 0]
     high = np.maximum(draw[:, 0], draw[:, 1])
     draw[:, 2] += draw[:, 2] >= low
     draw[:, 2] += draw[:, 2] >= high
-    # A sample must be a triangle of some size that keeps its shape, or it fixes no motion.
-    here, there = source[draw], target[draw]
-    sides = [np.linalg.norm(x - np.roll(x, 1, axis=1), axis=2) for x in (here, there)]
-    sound = (np.abs(sides[0] - sides[1]).max(axis=1) < 2 * tolerance) & (
-        np.linalg.norm(np.cross(here[:, 1] - here[:, 0], here[:, 2] - here[:, 0]), axis=1)
-        > tolerance**2
-    )
-    if not sound.any():
-        return None
-    motions = se3.fit(here[sound], there[sound])
-    moved = source @ np.swapaxes(motions[:, :3, :3], 1, 2) + motions[:, None, :3, 3]
-    agree = ((moved - target) ** 2).sum(axis=2) < tolerance**2
-    votes = agree.sum(axis=1)
-    best = int(votes.argmax())
-    if votes[best] <= 3:
-        return None
-    agreeing = np.flatnonzero(agree[best])
-    return se3.fit(source[agreeing], target[agreeing]), agreeing
+    return draw
+
+
+def shape(view: View) -> kernels.Shape:
+    """A view as the kernel asks for it."""
+    features = view.features
+    return kernels.Shape(features.keypoints, features.normals, features.descriptors)
 
 
 @dataclass(frozen=True)
@@ -159,39 +99,36 @@ class ConsensusPropagate:
     def __call__(
         self, source: View, target: View, seeds: Matches, rng: np.random.Generator
     ) -> Candidates:
-        poses, supports = [], []
         own, other = source.features.keypoints, target.features.keypoints
         tolerance = self.inlier_distance * source.scale.spacing
-        spreads = in_threads(lambda ij: self.spread(source, target, *ij), seeds.indices.tolist())
-        for spread in spreads:
-            if len(spread) < self.min_matches:
-                continue
-            found = consensus(own[spread[:, 0]], other[spread[:, 1]], tolerance, self.samples, rng)
-            if found is not None:
-                poses.append(found[0])
-                supports.append(spread[found[1]])
-        if not poses:
+        spread = [
+            matches
+            for matches in self.spread(source, target, seeds.indices)
+            if len(matches) >= self.min_matches
+        ]
+        draws = [triples(len(matches), self.samples, rng) for matches in spread]
+        found = in_threads(
+            lambda one: kernels.consensus(own, other, *one, tolerance),
+            list(zip(spread, draws, strict=True)),
+        )
+        agreed = [(*one, matches) for one, matches in zip(found, spread, strict=True) if one]
+        if not agreed:
             return Candidates.none()
-        return self.rank(source, target, np.stack(poses), supports)
+        poses = np.stack([pose for pose, _, _ in agreed])
+        return self.rank(source, target, poses, [m[agreeing] for _, agreeing, m in agreed])
 
-    def spread(self, source: View, target: View, i: int, j: int) -> Indices:
-        """Spread the seed (i, j) over both shapes: matches (M, 2), the seed first."""
-        own, other = source.features, target.features
-        oriented = own.oriented and other.oriented
-        distance = np.linalg.norm(own.keypoints - own.keypoints[i], axis=1)
-        wanted = np.linalg.norm(other.keypoints - other.keypoints[j], axis=1)
-        m, n = band_pairs(wanted, distance, self.distance_tolerance * source.scale.spacing)
-        alpha, theta = angles_to(own.normals, i, oriented), angles_to(other.normals, j, oriented)
-        limit = np.deg2rad(self.angle_tolerance)
-        for scale in range(alpha.shape[1]):  # the first scales empty the list
-            close = np.abs(alpha[n, scale] - theta[m, scale]) < limit
-            m, n = m[close], n[close]
-        cost = np.abs(alpha[n] - theta[m]).mean(axis=1)
-        best = best_of_each(m, cost)
-        m, n = m[best], n[best]
-        apart = np.linalg.norm(own.descriptors[n] - other.descriptors[m], axis=1)
-        keep = (apart < self.descriptor_tolerance) & (m != j)
-        return np.concatenate([[[i, j]], np.stack([n[keep], m[keep]], axis=1)])
+    def spread(self, source: View, target: View, seeds: Indices) -> list[Indices]:
+        """Spread seeds (S, 2) over both shapes: matches (M, 2) of each, the seed first."""
+        own, other = shape(source), shape(target)
+        oriented = source.features.oriented and target.features.oriented
+        parts = in_threads(
+            lambda some: kernels.spread(
+                own, other, some, oriented, self.distance_tolerance * source.scale.spacing,
+                np.deg2rad(self.angle_tolerance), self.descriptor_tolerance,
+            ),
+            [seeds[first : first + PART] for first in range(0, len(seeds), PART)],
+        )  # fmt: skip
+        return [matches for part in parts for matches in part]
 
     def rank(self, source: View, target: View, poses: Array, supports: list[Indices]) -> Candidates:
         """Order by quality; keep the best that differ."""

@@ -6,10 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mvreg import se3
 from mvreg.errors import InputError
-from mvreg.nearest import nearest
+from mvreg.kernels import icp
 from mvreg.types import Array, Indices, Registration, View
+
+#: How far neighbours are looked for at first, and at least, in units of the keypoints' spacing.
+WIDEST, NARROWEST = 4.0, 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,41 +33,6 @@ class Trim:
         """How far to look for neighbours in the next iteration; `least` is positive (length)."""
         # Shrinks slowly: where it must be widened, the whole query is done again.
         return max(2 * float(self.distances[-1]), 0.9 * self.bound, least)
-
-
-def trim(distances: Array, min_overlap: float, exponent: float) -> tuple[int, float]:
-    """How many of the ascending `distances` (N,) to keep, and the objective psi (length^2).
-
-    For a fixed number of pairs the sum of squares is smallest over the smallest distances, so the
-    best subset is a prefix of the sorted list: one cumulative sum finds it exactly.
-    """
-    size = len(distances)
-    count = np.arange(1, size + 1)
-    psi = np.cumsum(distances**2) / count * (size / count) ** (1 + exponent)  # Eq. (3), (4)
-    first = max(int(np.ceil(min_overlap * size)), 1) - 1
-    best = first + int(psi[first:].argmin())
-    return best + 1, float(psi[best])
-
-
-def trimmed_pairs(
-    target: View, moved: Array, bound: float, min_overlap: float, exponent: float
-) -> Trim:
-    """Nearest neighbours of `moved` (N, 3) in the target, trimmed; exact for any `bound` > 0.
-
-    A point without a neighbour within the bound is at least that far away. If the best prefix holds
-    under that lower bound without such a point, it holds for the true distances; else the bound is
-    widened.
-    """
-    while True:
-        distances, indices = nearest(target.tree, moved, bound)
-        order = np.argsort(distances, kind="stable")
-        ascending = np.minimum(distances[order], bound)
-        keep, objective = trim(ascending, min_overlap, exponent)
-        found = np.searchsorted(distances[order], np.inf)
-        if keep <= found or found == len(moved):
-            chosen = order[:keep]
-            return Trim(chosen, indices[chosen], ascending[:keep], objective, bound)
-        bound *= 2
 
 
 @dataclass(frozen=True)
@@ -119,9 +86,10 @@ class TrimmedICP:
             converged=converged,
         )
 
-    def pair(self, target: View, moved: Array, bound: float) -> Trim:
-        """Pair `moved` (N, 3) with the target's points; see `trimmed_pairs`."""
-        return trimmed_pairs(target, moved, bound, self.min_overlap, self.exponent)
+    @property
+    def power(self) -> float:
+        """Of the overlap, by which a mean squared distance is divided."""
+        return 1 + self.exponent
 
     def iterate(
         self, source: View, target: View, transform: Array
@@ -131,17 +99,12 @@ class TrimmedICP:
         Returns the pose, the pairs that belong to it, the number of iterations and whether psi
         stood still.
         """
-        points, spacing, previous = source.points, source.scale.spacing, np.inf
-        bound = 4 * spacing
-        for iteration in range(self.max_iterations + 1):
-            pairs = self.pair(target, se3.apply(transform, points), bound)
-            if previous - pairs.objective <= self.tolerance * pairs.objective:
-                return transform, pairs, iteration, True
-            if iteration == self.max_iterations:
-                break
-            previous, bound = pairs.objective, pairs.next_bound(1e-9 * spacing)
-            transform = se3.fit(points[pairs.chosen], target.points[pairs.targets])  # Eq. (5)
-        return transform, pairs, iteration, False
+        spacing = source.scale.spacing
+        pose, pairs, iterations, converged = icp.trimmed_icp(
+            target.tree, source.points, transform, WIDEST * spacing, NARROWEST * spacing,
+            self.min_overlap, self.power, self.max_iterations, self.tolerance,
+        )  # fmt: skip
+        return pose, Trim(*pairs), iterations, converged
 
 
 @dataclass(frozen=True)
@@ -179,6 +142,7 @@ class FractionalICP(TrimmedICP):
 
     exponent: float = 0.95
 
-    def pair(self, target: View, moved: Array, bound: float) -> Trim:
-        """Pair `moved` (N, 3) with the target's points, trimmed to the least FRMSD."""
-        return trimmed_pairs(target, moved, bound, self.min_overlap, 2 * self.exponent - 1)
+    @property
+    def power(self) -> float:
+        """Of the overlap: twice that of the root."""
+        return 2 * self.exponent

@@ -14,8 +14,10 @@ import numpy as np
 
 from mvreg import se3
 from mvreg.errors import InputError
+from mvreg.kernels import icp
 from mvreg.stages.plane_icp import PlaneICP, PlanePairs, about, smallest_step
-from mvreg.types import Array
+from mvreg.stages.refine import NARROWEST, WIDEST, Trim
+from mvreg.types import Array, View
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,18 @@ class PointToPlane(PlaneICP):
     def directions(self, facing: Array, normals: Array) -> Array:
         """The target's normals."""
         return normals[:, None]
+
+    def iterate(
+        self, source: View, target: View, transform: Array
+    ) -> tuple[Array, Trim, int, bool]:
+        """As the other refinements by planes, all in one kernel."""
+        spacing = source.scale.spacing
+        pose, pairs, iterations, converged = icp.plane_icp(
+            target.tree, target.normals, source.points, transform, WIDEST * spacing,
+            NARROWEST * spacing, self.min_overlap, self.exponent, self.max_iterations,
+            self.tolerance, spacing,
+        )  # fmt: skip
+        return pose, Trim(*pairs), iterations, converged
 
 
 @dataclass(frozen=True)

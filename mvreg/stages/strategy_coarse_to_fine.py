@@ -10,9 +10,9 @@ import numpy as np
 
 from mvreg import se3
 from mvreg.errors import InputError
+from mvreg.kernels import icp
 from mvreg.nearest import mean_spacing
 from mvreg.stages.motion_averaging import STILL, farthest
-from mvreg.stages.refine import trimmed_pairs
 from mvreg.stages.strategy import GrowStrategy, careful_levels
 from mvreg.types import Array, Features, Result, View
 
@@ -54,7 +54,7 @@ def objective(poses: Mapping[str, Array], views: Sequence[View]) -> float:
     for view in placed:
         others, bound = union(placed, poses, view.name), 4 * view.scale.spacing
         moved = se3.apply(poses[view.name], view.points)
-        total += trimmed_pairs(others, moved, bound, MIN_OVERLAP, EXPONENT).objective
+        total += icp.trimmed(others.tree, moved, bound, MIN_OVERLAP, 1 + EXPONENT)[3]
     return total / len(placed)
 
 

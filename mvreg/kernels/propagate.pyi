@@ -1,0 +1,17 @@
+from mvreg.types import Array, Indices
+
+class Shape:
+    def __init__(self, keypoints: Array, normals: Array, descriptors: Array) -> None: ...
+
+def spread(
+    source: Shape,
+    target: Shape,
+    seeds: Indices,
+    oriented: bool,
+    distance_tolerance: float,
+    angle_tolerance: float,
+    descriptor_tolerance: float,
+) -> list[Indices]: ...
+def consensus(
+    source: Array, target: Array, matches: Indices, draws: Indices, tolerance: float
+) -> tuple[Array, Indices] | None: ...

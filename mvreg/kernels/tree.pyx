@@ -1,0 +1,335 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+# cython: initializedcheck=False
+# distutils: language = c++
+"""A k-d tree over points in space, balanced, with the box of every node."""
+
+from libc.float cimport DBL_MAX
+from libc.math cimport INFINITY, fmax, sqrt
+from libc.stdlib cimport free, malloc
+
+import numpy as np
+
+# Points in a leaf, at most: 6 to 12 took the same time.
+cdef enum:
+    LEAF = 10
+    MOST_NEIGHBOURS = 128
+
+
+cdef inline void swap(Entry* a, Entry* b) noexcept nogil:
+    cdef Entry other = a[0]
+    a[0] = b[0]
+    b[0] = other
+
+
+cdef void select(Entry* a, Py_ssize_t low, Py_ssize_t high, Py_ssize_t k, int axis) noexcept nogil:
+    """Put the k-th smallest of [low, high) along an axis in its place (Hoare's quickselect)."""
+    cdef Py_ssize_t i, j, middle
+    cdef double pivot
+    high -= 1
+    while low < high:
+        middle = (low + high) // 2
+        if a[middle].x[axis] < a[low].x[axis]:
+            swap(&a[middle], &a[low])
+        if a[high].x[axis] < a[low].x[axis]:
+            swap(&a[high], &a[low])
+        if a[high].x[axis] < a[middle].x[axis]:
+            swap(&a[high], &a[middle])
+        pivot = a[middle].x[axis]
+        i, j = low, high
+        while i <= j:
+            while a[i].x[axis] < pivot:
+                i += 1
+            while pivot < a[j].x[axis]:
+                j -= 1
+            if i <= j:
+                swap(&a[i], &a[j])
+                i += 1
+                j -= 1
+        if k <= j:
+            high = j
+        elif k >= i:
+            low = i
+        else:
+            return
+
+
+cdef class Tree:
+    """A k-d tree over points (N, 3) that are finite; N may be zero.
+
+    The part of `scipy.spatial.cKDTree` that registration needs, for three dimensions: nodes halve
+    their points across the longest side of their box, and know that box, so that a query with a
+    distance bound ends early. Nothing in it changes once it is built: threads may share it.
+
+    Parameters
+    ----------
+    points : (N, 3) array
+
+    Attributes
+    ----------
+    data : (N, 3) array
+        The points.
+    n : int
+    grain : float
+        About how far neighbours on a surface are apart.
+    mins, maxes : (3,) arrays
+        Their box; infinite, the wrong way round, for no points.
+    """
+
+    def __cinit__(self, points):
+        cdef Py_ssize_t i
+        self.entries = NULL
+        self.boxes = NULL
+        self.data = np.ascontiguousarray(points, dtype=np.float64)
+        if self.data.ndim != 2 or self.data.shape[1] != 3:
+            raise ValueError(f"expected points (N, 3), got {self.data.shape}")
+        self.cloud = self.data
+        self.n = self.cloud.shape[0]
+        self.depth, self.leaves = 0, 1
+        while self.leaves * LEAF < self.n:
+            self.leaves *= 2
+            self.depth += 1
+        self.entries = <Entry*> malloc((self.n + 1) * sizeof(Entry))
+        self.boxes = <double*> malloc(2 * self.leaves * 6 * sizeof(double))
+        if not self.entries or not self.boxes:
+            raise MemoryError
+        with nogil:
+            for i in range(self.n):
+                self.entries[i].x[0] = self.cloud[i, 0]
+                self.entries[i].x[1] = self.cloud[i, 1]
+                self.entries[i].x[2] = self.cloud[i, 2]
+                self.entries[i].index = i
+            build(self.entries, self.boxes, self.n, self.depth, 0, 1)
+            self.grain = grain(self.boxes, self.leaves, self.n)
+        self.mins = np.array([self.boxes[6 + i] for i in range(3)])
+        self.maxes = np.array([self.boxes[9 + i] for i in range(3)])
+
+    def __dealloc__(self):
+        free(self.entries)
+        free(self.boxes)
+
+    def __reduce__(self):
+        return Tree, (self.data,)
+
+    def query(self, x, k=1, double distance_upper_bound=INFINITY):
+        """The nearest points, nearest first, as `scipy.spatial.cKDTree.query` has it.
+
+        Parameters
+        ----------
+        x : (M, 3) array
+        k : int or list of int
+            How many neighbours (at most 128), or which ones, counted from 1.
+        distance_upper_bound : float
+            Only neighbours nearer than this count.
+
+        Returns
+        -------
+        distances, indices : (M,), (M, k) or (M, len(k)) arrays
+            Infinite, and `n`, where there is no such neighbour.
+        """
+        if isinstance(k, int) and k == 1:
+            return self.nearest(x, distance_upper_bound)
+        wanted = np.arange(1, k + 1) if isinstance(k, int) else np.asarray(k)
+        distances, indices = self._many(x, int(wanted.max()), distance_upper_bound)
+        return distances[:, wanted - 1], indices[:, wanted - 1]
+
+    def nearest(self, x, double bound=INFINITY):
+        """The nearest point to each of x (M, 3) within a bound, as `query` with k = 1."""
+        cdef const double[:, ::1] points = np.ascontiguousarray(x, dtype=np.float64)
+        cdef Py_ssize_t i, count = points.shape[0]
+        distances, indices = np.empty(count), np.empty(count, dtype=np.intp)
+        cdef double[::1] far = distances
+        cdef Py_ssize_t[::1] which = indices
+        cdef double squared, most = squared_bound(bound)
+        if count and points.shape[1] != 3:
+            raise ValueError(f"expected points (M, 3), got {np.shape(x)}")
+        with nogil:
+            for i in range(count):
+                squared = most
+                which[i] = self.find(&points[i, 0], &squared)
+                far[i] = sqrt(squared)
+                if which[i] < 0:
+                    which[i], far[i] = self.n, INFINITY
+        return distances, indices
+
+    def _many(self, x, int k, double bound):
+        cdef const double[:, ::1] points = np.ascontiguousarray(x, dtype=np.float64)
+        cdef Py_ssize_t i, count = points.shape[0]
+        if not 0 < k <= MOST_NEIGHBOURS:
+            raise ValueError(f"expected 1 to {MOST_NEIGHBOURS} neighbours, got {k}")
+        distances, indices = np.empty((count, k)), np.empty((count, k), dtype=np.intp)
+        cdef double[:, ::1] far = distances
+        cdef Py_ssize_t[:, ::1] which = indices
+        cdef int found, j
+        cdef double most = squared_bound(bound)
+        with nogil:
+            for i in range(count):
+                far[i, k - 1] = most
+                found = self.find_many(&points[i, 0], k, &far[i, 0], &which[i, 0])
+                for j in range(found):
+                    far[i, j] = sqrt(far[i, j])
+                for j in range(found, k):
+                    far[i, j], which[i, j] = INFINITY, self.n
+        return distances, indices
+
+    cdef Py_ssize_t find(self, const double* x, double* squared) noexcept nogil:
+        """The nearest point nearer than `squared`, which becomes its squared distance; or -1."""
+        cdef Py_ssize_t best = -1, node = 1, i, last
+        cdef Py_ssize_t waiting[128]
+        cdef double gaps[128]
+        cdef double least = squared[0], left, right, gap, d
+        cdef int held = 0
+        cdef Entry* entry
+        if self.n == 0:
+            return -1
+        gap = box_distance(&self.boxes[6], x)
+        while True:
+            if gap < least:
+                while node < self.leaves:
+                    left = box_distance(&self.boxes[12 * node], x)
+                    right = box_distance(&self.boxes[12 * node + 6], x)
+                    node *= 2
+                    if right < left:
+                        if left < least:
+                            waiting[held], gaps[held] = node, left
+                            held += 1
+                        node += 1
+                        gap = right
+                    else:
+                        if right < least:
+                            waiting[held], gaps[held] = node + 1, right
+                            held += 1
+                        gap = left
+                    if gap >= least:
+                        break
+                if node >= self.leaves and gap < least:
+                    i = (self.n * (node - self.leaves)) >> self.depth
+                    last = (self.n * (node - self.leaves + 1)) >> self.depth
+                    while i < last:
+                        entry = &self.entries[i]
+                        d = ((entry.x[0] - x[0]) * (entry.x[0] - x[0])
+                             + (entry.x[1] - x[1]) * (entry.x[1] - x[1])
+                             + (entry.x[2] - x[2]) * (entry.x[2] - x[2]))
+                        if d < least:
+                            least, best = d, entry.index
+                        i += 1
+            if held == 0:
+                squared[0] = least
+                return best
+            held -= 1
+            node, gap = waiting[held], gaps[held]
+
+    cdef Py_ssize_t find_two(self, const double* x, double* first, double* second) noexcept nogil:
+        """As `find`, and the squared distance of the second nearest, or of the bound, `second`."""
+        cdef double far[2]
+        cdef Py_ssize_t which[2]
+        cdef int found
+        far[1] = second[0]
+        found = self.find_many(x, 2, far, which)
+        if found == 2:
+            second[0] = far[1]
+        if found == 0:
+            return -1
+        first[0] = far[0]
+        return which[0]
+
+    cdef int find_many(
+        self, const double* x, int k, double* squared, Py_ssize_t* which
+    ) noexcept nogil:
+        """The k nearest points nearer than ``squared[k - 1]``, in ascending order; how many."""
+        cdef Py_ssize_t node = 1, i, last
+        cdef Py_ssize_t waiting[128]
+        cdef double gaps[128]
+        cdef double least = squared[k - 1], left, right, gap, d
+        cdef int held = 0, found = 0, place
+        cdef Entry* entry
+        if self.n == 0:
+            return 0
+        gap = box_distance(&self.boxes[6], x)
+        while True:
+            if gap < least:
+                while node < self.leaves:
+                    left = box_distance(&self.boxes[12 * node], x)
+                    right = box_distance(&self.boxes[12 * node + 6], x)
+                    node *= 2
+                    if right < left:
+                        if left < least:
+                            waiting[held], gaps[held] = node, left
+                            held += 1
+                        node += 1
+                        gap = right
+                    else:
+                        if right < least:
+                            waiting[held], gaps[held] = node + 1, right
+                            held += 1
+                        gap = left
+                    if gap >= least:
+                        break
+                if node >= self.leaves and gap < least:
+                    i = (self.n * (node - self.leaves)) >> self.depth
+                    last = (self.n * (node - self.leaves + 1)) >> self.depth
+                    while i < last:
+                        entry = &self.entries[i]
+                        d = ((entry.x[0] - x[0]) * (entry.x[0] - x[0])
+                             + (entry.x[1] - x[1]) * (entry.x[1] - x[1])
+                             + (entry.x[2] - x[2]) * (entry.x[2] - x[2]))
+                        if d < least:
+                            place = found if found < k else k - 1
+                            while place > 0 and squared[place - 1] > d:
+                                squared[place], which[place] = squared[place - 1], which[place - 1]
+                                place -= 1
+                            squared[place], which[place] = d, entry.index
+                            if found < k:
+                                found += 1
+                            if found == k:
+                                least = squared[k - 1]
+                        i += 1
+            if held == 0:
+                return found
+            held -= 1
+            node, gap = waiting[held], gaps[held]
+
+
+cdef double squared_bound(double bound) noexcept nogil:
+    """The square of a bound that loses no neighbour that is nearer, whatever its size."""
+    return bound * bound if bound < 1e150 else DBL_MAX
+
+
+cdef double grain(const double* boxes, Py_ssize_t leaves, Py_ssize_t n) noexcept nogil:
+    """About how far neighbours on a surface are apart, told from the boxes of the leaves."""
+    cdef double total = 0, side
+    cdef Py_ssize_t node
+    cdef int axis
+    if n == 0:
+        return 0
+    for node in range(leaves, 2 * leaves):
+        side = 0
+        for axis in range(3):
+            side = fmax(side, boxes[6 * node + 3 + axis] - boxes[6 * node + axis])
+        total += side
+    return total / leaves / sqrt(<double> n / leaves)
+
+
+cdef void build(
+    Entry* entries, double* boxes, Py_ssize_t n, int depth, int level, Py_ssize_t node
+) noexcept nogil:
+    """Sort the entries of a node into its subtree, and find its box."""
+    cdef Py_ssize_t place = node - (<Py_ssize_t> 1 << level)
+    cdef Py_ssize_t low = (n * place) >> level, high = (n * (place + 1)) >> level, i
+    cdef double* box = &boxes[6 * node]
+    cdef int axis, longest = 0
+    for axis in range(3):
+        box[axis], box[3 + axis] = INFINITY, -INFINITY
+    for i in range(low, high):
+        for axis in range(3):
+            if entries[i].x[axis] < box[axis]:
+                box[axis] = entries[i].x[axis]
+            if entries[i].x[axis] > box[3 + axis]:
+                box[3 + axis] = entries[i].x[axis]
+    if level == depth:
+        return
+    for axis in range(1, 3):
+        if box[3 + axis] - box[axis] > box[3 + longest] - box[longest]:
+            longest = axis
+    select(entries, low, high, (n * (2 * place + 1)) >> (level + 1), longest)
+    build(entries, boxes, n, depth, level + 1, 2 * node)
+    build(entries, boxes, n, depth, level + 1, 2 * node + 1)

@@ -1,0 +1,191 @@
+"""Each compiled kernel against its reference."""
+
+import pickle
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial import cKDTree
+
+from mvreg import se3
+from mvreg.kernels import icp, moments, propagate
+from mvreg.kernels.reference import icp as plain_icp
+from mvreg.kernels.reference import moments as plain_moments
+from mvreg.kernels.reference import propagate as plain_propagate
+from mvreg.kernels.tree import Tree
+from mvreg.stages.plane_icp import PlaneICP
+from mvreg.stages.propagate import triples
+from mvreg.stages.refine_planes import PointToPlane
+from mvreg.testing import overlap, pipeline
+from mvreg.testing.refine import nudge
+
+quick = settings(max_examples=60, deadline=None)
+rngs = st.integers(0, 2**32 - 1).map(np.random.default_rng)
+clouds = st.sampled_from(["surface", "line", "grid", "one point"])
+bounds = st.sampled_from([0.0, 0.02, 0.2, 1e9, np.inf])
+
+
+def cloud(kind, count, rng):
+    points = rng.uniform(-1, 1, size=(count, 3))
+    if kind == "surface":
+        return points / np.linalg.norm(points, axis=1, keepdims=True)
+    if kind == "line":
+        return points[:, :1] * [1.0, 2.0, -3.0]
+    return np.round(2 * points) if kind == "grid" else np.zeros((count, 3))
+
+
+@quick
+@given(rngs, clouds, st.integers(0, 300), st.integers(1, 30), bounds)
+def test_the_tree_finds_what_scipy_finds(rng, kind, count, k, bound):
+    points, queries = cloud(kind, count, rng), rng.normal(size=(40, 3))
+    if count == 0:
+        distances, indices = Tree(points).query(queries, k, bound)
+        assert np.isinf(distances).all() and (indices == 0).all()
+        return
+    expected = cKDTree(points).query(queries, list(range(1, k + 1)), distance_upper_bound=bound)[0]
+    distances, indices = Tree(points).query(queries, list(range(1, k + 1)), bound)
+    np.testing.assert_allclose(distances, expected, rtol=1e-13)
+    found = indices < count
+    np.testing.assert_array_equal(found, np.isfinite(expected))
+    rows = np.nonzero(found)[0]
+    np.testing.assert_allclose(
+        np.linalg.norm(points[indices[found]] - queries[rows], axis=1), distances[found]
+    )
+    for row, kept in zip(indices, found, strict=True):
+        assert len(set(row[kept])) == kept.sum(), "no neighbour twice"
+    nearest, which = Tree(points).nearest(queries, bound)
+    np.testing.assert_array_equal(nearest, distances[:, 0])
+    assert ((which == count) == ~found[:, 0]).all()
+
+
+def test_the_tree_knows_its_box_and_can_be_sent_away(rng):
+    points = rng.normal(size=(100, 3))
+    tree = pickle.loads(pickle.dumps(Tree(points)))
+    np.testing.assert_array_equal(tree.mins, points.min(axis=0))
+    np.testing.assert_array_equal(tree.maxes, points.max(axis=0))
+    np.testing.assert_array_equal(tree.data, points)
+    assert tree.n == 100
+
+
+@pytest.mark.parametrize("shape", [(5, 2), (5,), (2, 2, 3)])
+def test_a_tree_needs_points_in_space(shape):
+    with pytest.raises(ValueError, match=r"\(N, 3\)"):
+        Tree(np.zeros(shape))
+    with pytest.raises(ValueError, match="neighbours"):
+        Tree(np.zeros((5, 3))).query(np.zeros((2, 3)), 200)
+
+
+@quick
+@given(rngs, clouds, st.integers(1, 200), st.integers(1, 6))
+def test_moments(rng, kind, count, shells):
+    points, keypoints = cloud(kind, count, rng), rng.uniform(-1, 1, size=(7, 3))
+    radii = np.sort(rng.uniform(0.1, 1.5, size=shells))
+    found = moments.moments(Tree(points), keypoints, radii)
+    for one, expected in zip(found, plain_moments.moments(points, keypoints, radii), strict=True):
+        np.testing.assert_allclose(one, expected, atol=1e-12)
+
+
+@quick
+@given(rngs, st.integers(3, 25))
+def test_normals(rng, count):
+    points = cloud("surface", 400, rng)
+    found = moments.normals(Tree(points), points[:50], count)
+    expected = plain_moments.normals(points, points[:50], count)
+    np.testing.assert_allclose(np.abs((found * expected).sum(axis=1)), 1, atol=1e-9)
+
+
+def test_normals_of_what_makes_no_plane_are_some_unit_vectors():
+    for points in (np.zeros((5, 3)), np.ones((1, 3)), np.outer(np.arange(9.0), [1, 2, 3])):
+        found = moments.normals(Tree(points), points, 20)
+        np.testing.assert_allclose(np.linalg.norm(found, axis=1), 1)
+
+
+starts = st.tuples(st.sampled_from([0.0, 4.0, 25.0, 150.0]), st.sampled_from([0.0, 2.0, 12.0]))
+shares = st.sampled_from([0.05, 0.4, 0.77, 1.0])
+
+
+@quick
+@given(rngs, starts, shares, st.sampled_from([1.0, 1.9, 3.0]), st.sampled_from([1e-3, 1.0, 1e9]))
+def test_trimmed_pairs(rng, start, share, power, bound):
+    pair = overlap()
+    points = pair.source.points[rng.permutation(len(pair.source.points))[:80]]
+    moved = se3.apply(pair.T_target_source @ nudge(pair.source, *start), points)
+    found = icp.trimmed(pair.target.tree, moved, bound, share, power)
+    expected = plain_icp.trimmed(pair.target.points, moved, share, power)
+    for one, other in zip(found[:3], expected[:3], strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-13)
+    assert found[3] == pytest.approx(expected[3], rel=1e-12)
+
+
+@quick
+@given(starts, shares, st.sampled_from([1.0, 3.0]), st.integers(0, 40))
+def test_trimmed_icp(start, share, power, iterations):
+    pair = overlap()
+    begin = pair.T_target_source @ nudge(pair.source, *start)
+    points, spacing = pair.source.points, pair.source.scale.spacing
+    options = (share, power, iterations, 1e-6)
+    found = icp.trimmed_icp(pair.target.tree, points, begin, spacing, 1e-9 * spacing, *options)
+    expected = plain_icp.trimmed_icp(pair.target.points, points, begin, *options)
+    np.testing.assert_allclose(found[0], expected[0], atol=1e-6 * spacing)
+    assert found[1][3] == pytest.approx(expected[1][3], rel=1e-6)
+    assert found[2:] == expected[2:]
+
+
+@quick
+@given(starts, st.integers(0, 30))
+def test_plane_icp(start, iterations):
+    pair = overlap()
+    begin = pair.T_target_source @ nudge(pair.source, *start)
+    stage = PointToPlane(max_iterations=iterations)
+    pose, pairs, *ending = stage.iterate(pair.source, pair.target, begin)
+    expected, others, *end = PlaneICP.iterate(stage, pair.source, pair.target, begin)
+    np.testing.assert_allclose(pose, expected, atol=1e-6 * pair.source.scale.spacing)
+    assert pairs.objective == pytest.approx(others.objective, rel=1e-6)
+    assert ending == end
+
+
+@pytest.mark.parametrize("oriented", [True, False])
+@pytest.mark.parametrize("angle", [2.0, 10.0, 60.0])
+def test_spread(oriented, angle, rng):
+    pair = overlap()
+    own, other = pair.source.features, pair.target.features
+    if not oriented:
+        signs = rng.choice([-1.0, 1.0], size=own.normals.shape[:2])[..., None]
+        own = SimpleNamespace(
+            keypoints=own.keypoints, normals=signs * own.normals, descriptors=own.descriptors,
+            oriented=False,
+        )  # fmt: skip
+    seeds = pipeline().seed(pair.source, pair.target).indices
+    shapes = [propagate.Shape(x.keypoints, x.normals, x.descriptors) for x in (own, other)]
+    limits = (0.5 * pair.source.scale.spacing, np.deg2rad(angle), 0.2)
+    found = propagate.spread(*shapes, seeds, oriented, *limits)
+    expected = [plain_propagate.spread(own, other, seed, *limits) for seed in seeds]
+    same = [np.array_equal(one, two) for one, two in zip(found, expected, strict=True)]
+    assert np.mean(same) > 0.99, "angles are good to 2e-8 only"
+    assert max(len(matches) for matches in found) > 20
+    assert all((one[0] == seed).all() for one, seed in zip(found, seeds, strict=True))
+
+
+@quick
+@given(rngs, st.integers(3, 60), st.floats(0, 1), st.sampled_from([1e-3, 0.2, 2.0]))
+def test_consensus(rng, count, share, tolerance):
+    source = rng.uniform(-5, 5, size=(count, 3))
+    target = se3.apply(se3.random(rng, 9.0), source) + 0.1 * rng.normal(size=source.shape)
+    target[: int(share * count)] = rng.uniform(-9, 9, size=(int(share * count), 3))
+    draws = triples(count, 100, rng)
+    both = np.stack([np.arange(count)] * 2, axis=1)
+    found = propagate.consensus(source, target, both, draws, tolerance)
+    expected = plain_propagate.consensus(source, target, draws, tolerance)
+    assert (found is None) == (expected is None)
+    if found is not None and expected is not None:
+        np.testing.assert_array_equal(found[1], expected[1])
+        np.testing.assert_allclose(found[0], expected[0], atol=1e-9)
+
+
+def test_samples_are_of_three_different_matches(rng):
+    drawn = triples(4, 3000, rng)
+    assert (np.sort(drawn, axis=1)[:, 1:] > np.sort(drawn, axis=1)[:, :-1]).all()
+    counts = np.unique(drawn, axis=0, return_counts=True)[1]
+    assert len(counts) == 24 and counts.min() > 80, "every order of every three, about as often"
