@@ -12,6 +12,7 @@ import numpy as np
 from mvreg.datasets.base import ScanSource
 from mvreg.errors import InputError
 from mvreg.io import SUPPORTED, read_points, read_poses
+from mvreg.parallel import in_threads
 from mvreg.types import Array, Scan, ScanSet
 
 
@@ -112,12 +113,8 @@ def natural(name: str) -> tuple[list[tuple[int, str]], str]:
 
 def _read_all(files: list[Path]) -> tuple[Scan, ...]:
     """Read every file, and report all that cannot be read at once."""
-    scans, errors = [], []
-    for file in files:
-        try:
-            scans.append(Scan(file.name, read_points(file)))
-        except InputError as error:
-            errors.append(f"  {error}")
+    found = in_threads(_read, files)
+    errors = [f"  {each}" for each in found if isinstance(each, InputError)]
     if errors:
         raise InputError(
             "\n".join([
@@ -125,7 +122,14 @@ def _read_all(files: list[Path]) -> tuple[Scan, ...]:
                 "leave them out by dataset.pattern:", *errors,
             ])
         )  # fmt: skip
-    return tuple(scans)
+    return tuple(each for each in found if isinstance(each, Scan))
+
+
+def _read(file: Path) -> Scan | InputError:
+    try:
+        return Scan(file.name, read_points(file))
+    except InputError as error:
+        return error
 
 
 def _few(names: list[str]) -> str:

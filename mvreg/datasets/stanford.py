@@ -14,6 +14,7 @@ from mvreg.datasets.base import ScanSource
 from mvreg.datasets.download import cache_folder, download
 from mvreg.errors import InputError
 from mvreg.io import read_points, read_poses
+from mvreg.parallel import in_threads
 from mvreg.types import Array, Scan, ScanSet
 
 _UNITS = {1.0: "m", 100.0: "cm", 1000.0: "mm"}
@@ -80,12 +81,13 @@ class Stanford(ScanSource):
             if name in self.files
         }
         names = [*poses, *(name for name in self.files if name not in poses)]
-        scans = tuple(
-            Scan(name, self.unit_per_metre * read_points(folder / name), np.array([0.0, 0.0, 1.0]))
-            for name in names
-        )
+        scans = tuple(in_threads(lambda name: self._scan(folder, name), names))
         unit = _UNITS.get(self.unit_per_metre, f"m/{self.unit_per_metre:g}")
         return ScanSet(self.name, scans, unit, poses or None)
+
+    def _scan(self, folder: Path, name: str) -> Scan:
+        points = self.unit_per_metre * read_points(folder / name)
+        return Scan(name, points, view_direction=np.array([0.0, 0.0, 1.0]))
 
     def _scaled(self, pose: Array) -> Array:
         return se3.from_parts(pose[:3, :3], self.unit_per_metre * pose[:3, 3])

@@ -11,10 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
-from mvreg._open3d import load_open3d
 from mvreg.errors import InputError
 from mvreg.io.pcd_header import PcdHeader, read_header
-from mvreg.io.table import parse, parse_lines
+from mvreg.io.quiet import quiet_open3d
+from mvreg.io.table import parse_lines
+from mvreg.kernels.text import parse_rows
 from mvreg.types import Array
 
 
@@ -38,12 +39,13 @@ def read_pcd(path: Path) -> Array:
 
 
 def _ascii(data: bytes, header: PcdHeader, path: Path) -> Array:
-    lines = data[header.size :].decode("latin-1").split("\n")
     columns = sum(field.count for field in header.fields)
-    table = parse(lines[: header.points], columns)
-    if table is None:
-        numbered = enumerate(lines, header.lines + 1)
-        table = parse_lines(numbered, columns, path, header.points)
+    parsed = parse_rows(data, header.size, header.points, columns)
+    if parsed is not None:
+        table = parsed[0]
+    else:
+        lines = data[header.size :].decode("latin-1").split("\n")
+        table = parse_lines(enumerate(lines, header.lines + 1), columns, path, header.points)
     if len(table) < header.points:
         raise _truncated(path, f"{len(table)} lines", header)
     names = [f.name for f in header.fields for _ in range(f.count)]
@@ -68,12 +70,11 @@ def _compressed(data: bytes, header: PcdHeader, path: Path) -> Array:
             f"{path}: the header announces {expected} bytes of points, but the data are "
             f"{int(sizes[0])} bytes that hold {int(sizes[1])}; the file is damaged"
         )
-    open3d = load_open3d()
-    try:
-        with open3d.utility.VerbosityContextManager(open3d.utility.VerbosityLevel.Error):
+    with quiet_open3d() as open3d:
+        try:
             cloud = open3d.io.read_point_cloud(str(path), remove_nan_points=False)
-    except Exception as error:  # C++ exceptions come through in several guises
-        raise InputError(f"{path}: not a readable PCD file: {error}") from error
+        except Exception as error:  # C++ exceptions come through in several guises
+            raise InputError(f"{path}: not a readable PCD file: {error}") from error
     points: Array = np.asarray(cloud.points, dtype=np.float64).copy()
     if len(points) != header.points:
         raise InputError(

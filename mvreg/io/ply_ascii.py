@@ -7,8 +7,12 @@ from pathlib import Path
 
 from mvreg.errors import InputError
 from mvreg.io.ply_header import Element, Header
-from mvreg.io.table import excerpt, parse, parse_lines
+from mvreg.io.table import excerpt, parse_lines
+from mvreg.kernels.text import parse_rows
 from mvreg.types import Array
+
+#: What may be left at the end of a file.
+_NOTHING = " \t\r\n\0\x1a"
 
 
 def read_ascii(data: bytes, header: Header, path: Path) -> Array:
@@ -20,45 +24,71 @@ def read_ascii(data: bytes, header: Header, path: Path) -> Array:
         With file, line and reason.
     """
     vertex = header.elements[header.vertex_index]
-    text = data[header.size :].decode("latin-1")
-    if header.newline == b"\r":
-        text = text.replace("\r", "\n")
-    text, first = _skip(text, header, path)
-    lines = text.split("\n", vertex.count)
-    _check_end(lines, header, first, path)
     names = [p.name for p in vertex.properties if p.count is None]
-    table = None if vertex.has_lists else parse(lines[: vertex.count], len(names))
+    if header.newline == b"\r":
+        data = data.replace(b"\r", b"\n")
+    start, first = _skip(data, header, path)
+    table = _clean(data, start, header)
     if table is None:
-        numbered = enumerate(text.split("\n"), first)
-        rows = _without_lists(numbered, vertex, path) if vertex.has_lists else numbered
-        table = parse_lines(rows, len(names), path, vertex.count)
-    if len(table) < vertex.count:
-        raise _truncated(path, first + text.count("\n"), len(table), vertex.count)
+        table = _line_by_line(data[start:].decode("latin-1"), first, header, path)
     return table[:, [names.index(axis) for axis in "xyz"]]
 
 
-def _skip(text: str, header: Header, path: Path) -> tuple[str, int]:
-    """The text from the first vertex on, and the number of its line."""
+def _skip(data: bytes, header: Header, path: Path) -> tuple[int, int]:
+    """Where the first vertex begins, and the number of its line."""
     line = header.lines + 1
     left = sum(e.count for e in header.elements[: header.vertex_index])
-    position = 0
+    position = header.size
     while left:
-        end = text.find("\n", position)
+        end = data.find(b"\n", position)
         if end < 0:
             raise InputError(f"{path}, line {line}: the file ends before the vertices begin")
-        if text[position:end].strip():
+        if data[position:end].decode("latin-1").strip():
             left -= 1
         position, line = end + 1, line + 1
-    return text[position:], line
+    return position, line
+
+
+def _after(header: Header) -> int:
+    """How many records of other elements follow the vertices."""
+    return sum(e.count for e in header.elements[header.vertex_index + 1 :])
+
+
+def _clean(data: bytes, start: int, header: Header) -> Array | None:
+    """The vertices of a file without lists among them and without flaws; else None."""
+    vertex = header.elements[header.vertex_index]
+    if vertex.has_lists:
+        return None
+    parsed = parse_rows(data, start, vertex.count, len(vertex.properties))
+    if parsed is None:
+        return None
+    table, end = parsed
+    if _after(header):
+        return table if data[end - 1 : end] == b"\n" else None
+    return None if data[end:].strip(_NOTHING.encode()) else table
+
+
+def _line_by_line(text: str, first: int, header: Header, path: Path) -> Array:
+    """The vertices of any file, whose first is in line `first`, or what is wrong with them."""
+    vertex = header.elements[header.vertex_index]
+    lines = text.split("\n")
+    _check_end(lines, header, first, path)
+    names = [p.name for p in vertex.properties if p.count is None]
+    numbered = enumerate(lines, first)
+    rows = _without_lists(numbered, vertex, path) if vertex.has_lists else numbered
+    table = parse_lines(rows, len(names), path, vertex.count)
+    if len(table) < vertex.count:
+        raise _truncated(path, first + text.count("\n"), len(table), vertex.count)
+    return table
 
 
 def _check_end(lines: list[str], header: Header, first: int, path: Path) -> None:
     """Notice a file cut off within its last vertex, and points that the header does not count."""
     count = header.elements[header.vertex_index].count
-    more = sum(e.count for e in header.elements[header.vertex_index + 1 :])
+    more = _after(header)
     if more and len(lines) <= count:
         raise _truncated(path, first + len(lines) - 1, len(lines) - 1, count)
-    rest = lines[count].strip(" \t\r\n\0\x1a") if len(lines) > count else ""
+    rest = "\n".join(lines[count:]).strip(_NOTHING)
     if rest and not more and all(line.strip() for line in lines[:count]):
         raise InputError(
             f"{path}, line {first + count}: expected the end of the file after {count} vertices, "

@@ -75,9 +75,10 @@ def read_points(path: str | Path) -> Array:
 def _finite(points: Array, path: Path) -> Array:
     if len(points) == 0:
         raise InputError(f"{path}: expected at least one point, found none; leave this file out")
-    good = np.isfinite(points).all(axis=1)
-    if good.all():
+    finite = np.isfinite(points)
+    if finite.all():
         return np.ascontiguousarray(points)
+    good = finite.all(axis=1)
     if not good.any():
         raise InputError(
             f"{path}: expected coordinates, found only NaN or infinite ones in all "

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from mvreg._open3d import load_open3d
 from mvreg.errors import InputError
+from mvreg.io.quiet import quiet_open3d
 from mvreg.types import Array
 
 
@@ -21,12 +21,11 @@ def read_stl(path: Path) -> Array:
         where the file is cut off, which Open3D passes over if it is between two triangles.
     """
     _check_end(path.read_bytes(), path)
-    open3d = load_open3d()
-    try:
-        with open3d.utility.VerbosityContextManager(open3d.utility.VerbosityLevel.Error):
+    with quiet_open3d() as open3d:
+        try:
             mesh = open3d.io.read_triangle_mesh(str(path))
-    except Exception as error:  # C++ exceptions come through in several guises
-        raise InputError(f"{path}: not a readable STL file: {error}") from error
+        except Exception as error:  # C++ exceptions come through in several guises
+            raise InputError(f"{path}: not a readable STL file: {error}") from error
     # A vertex is written once per triangle; as points they would count several times.
     vertices: Array = np.asarray(mesh.remove_duplicated_vertices().vertices, dtype=np.float64)
     if len(vertices) == 0:

@@ -1,9 +1,12 @@
-"""Tables of numbers in text: fast where they are clean, exact about the line where not."""
+"""Tables of numbers in text, line by line, and exact about the line where something is wrong.
+
+Clean tables are `mvreg.kernels.text`'s; what it does not take comes here.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -13,25 +16,6 @@ from mvreg.types import Array
 
 #: How C libraries, Microsoft's above all, print what is not a number: "-1.#IND", "nan(ind)".
 _ODD_NAN = re.compile(r"[+-]?(\d\.#\w+|nan(\(\w*\))?)", re.IGNORECASE)
-
-
-def parse(lines: Sequence[str], columns: int) -> Array | None:
-    """Parse a clean table in one C call.
-
-    Returns
-    -------
-    (len(lines), columns) array, or None
-        None where any line is blank, has another number of words, or words that are no plain
-        numbers: `parse_lines` is then to be asked.
-    """
-    # NumPy warns where there is nothing at all; the other reader has the better words.
-    if not lines or not lines[0].strip():
-        return None
-    try:
-        table: Array = np.loadtxt(lines, comments=None, ndmin=2)
-    except ValueError:
-        return None
-    return table if table.shape == (len(lines), columns) else None
 
 
 def parse_lines(

@@ -3,14 +3,28 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 
 from mvreg.errors import InputError
-from mvreg.io.table import excerpt, is_number, parse, parse_lines
+from mvreg.io.table import excerpt, is_number, parse_lines
+from mvreg.kernels.text import parse_rows
 from mvreg.types import Array
 
 _COMMENT = ("#", "//", "%", "!")
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
+
+
+@dataclass(frozen=True)
+class _Row:
+    """The first row of numbers: its line's number, where it starts, and the line before it."""
+
+    number: int
+    start: int
+    line: bytes
+    columns: int
+    heading: list[str]
 
 
 def read_text(path: Path) -> Array:
@@ -27,40 +41,45 @@ def read_text(path: Path) -> Array:
         With file, line and reason.
     """
     data = path.read_bytes().removeprefix(b"\xef\xbb\xbf")
-    text = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n").decode("latin-1")
-    first, columns, heading = _first_row(text.split("\n"), path)
-    text = _blanks(text, text.split("\n")[first])
-    lines = text.rstrip(" \t\n\0\x1a").split("\n")[first:]
-    table = parse(lines, columns)
-    if table is None:
-        table = parse_lines(enumerate(lines, first + 1), columns, path)
-    return table[:, _axes(heading, columns)]
+    data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    row = _first_row(data, path)
+    data = _blanks(data, row.line).rstrip(b" \t\n\0\x1a")
+    parsed = parse_rows(data, row.start, data.count(b"\n", row.start) + 1, row.columns)
+    if parsed is not None:
+        table = parsed[0]
+    else:
+        lines = data[row.start :].decode("latin-1").split("\n")
+        table = parse_lines(enumerate(lines, row.number), row.columns, path)
+    return table[:, _axes(row.heading, row.columns)]
 
 
-def _first_row(lines: list[str], path: Path) -> tuple[int, int, list[str]]:
-    """The index of the first row of numbers, how many there are, and the line before it."""
+def _first_row(data: bytes, path: Path) -> _Row:
+    """Find the first row of numbers."""
     heading: list[str] = []
-    for index, line in enumerate(lines):
-        words = _blanks(line, line).split()
+    stream = BytesIO(data)
+    for number, line in enumerate(stream, 1):
+        text = line.decode("latin-1")
+        words = _blanks(line, line).decode("latin-1").split()
         if not words:
             continue
         if words[0].startswith(_COMMENT) or not is_number(words[0]) or len(words) == 1:
-            heading = re.split(r"[\s,;\"']+", line.strip().lstrip("#/%!").strip().strip("\"'"))
+            heading = re.split(r"[\s,;\"']+", text.strip().lstrip("#/%!").strip().strip("\"'"))
         elif len(words) >= 3:
-            return index, len(words), [word.lower() for word in heading]
+            names = [word.lower() for word in heading]
+            return _Row(number, stream.tell() - len(line), line, len(words), names)
         else:
             raise InputError(
-                f"{path}, line {index + 1}: expected at least 3 numbers, got {excerpt(line)}"
+                f"{path}, line {number}: expected at least 3 numbers, got {excerpt(text)}"
             )
     raise InputError(f"{path}: expected lines of at least 3 numbers, found none")
 
 
-def _blanks(text: str, row: str) -> str:
+def _blanks(data: bytes, row: bytes) -> bytes:
     """The text with blanks between the columns, and a point for a decimal comma as in `row`."""
-    words = row.split()
-    comma = ";" in row and "," in row
+    words = row.decode("latin-1").split()
+    comma = b";" in row and b"," in row
     comma |= len(words) >= 3 and all(map(_DECIMAL_COMMA.fullmatch, words[:3]))
-    return text.translate(str.maketrans(";,", " ." if comma else "  "))
+    return data.translate(bytes.maketrans(b";,", b" ." if comma else b"  "))
 
 
 def _axes(heading: list[str], columns: int) -> list[int]:
