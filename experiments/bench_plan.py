@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-#: mvreg's own methods, and what else one might take.
+#: mvreg's own methods, and what else one might take; as it comes, and on all threads.
 OWN = ("fcpma", "auto", "ocpma", "ocpra")
-PEERS = ("open3d_multiway", "kiss_gicp")
+PEERS = ("open3d_multiway", "kiss_gicp", "open3d_multiway+threads", "kiss_gicp+threads")
 DATASETS = ("bunny", "dragon", "buddha")
 SIZES = (10, 20, 40, 80, 160, 300)
 POINTS = (10_000, 30_000, 100_000, 300_000, 1_000_000)
@@ -31,7 +31,7 @@ class Options:
     """What the command line asks for; see ``python experiments/bench.py --help``."""
 
     parts: Sequence[str] = PARTS
-    methods: Sequence[str] = ("fcpma", "auto", *PEERS)
+    methods: Sequence[str] = ("fcpma", "auto", "open3d_multiway", "kiss_gicp", "kiss_gicp+threads")
     datasets: Sequence[str] = DATASETS
     peers_on: Sequence[str] = ("bunny",)
     rounds: int = 3

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import resource
 import subprocess
 import sys
@@ -21,6 +22,8 @@ HERE = Path(__file__).resolve().parent
 CHILD, COLUMN, MICRO = HERE / "bench_child.py", HERE / "bench_column.py", HERE / "micro"
 #: Exit code of a run that did not place every scan; it is measured all the same.
 NOT_PLACED = 3
+#: How the last line of a traceback begins; more lines of the message may follow it.
+RAISED = re.compile(r"[\w.]+(Error|Exception|Exit): ")
 #: What is kept of a micro-benchmark, in seconds but for the number of rounds.
 STATISTICS = ("median", "min", "max", "rounds")
 
@@ -81,8 +84,14 @@ def waited(command: Sequence[str], limit: float, folder: Path) -> Measured:
     if done.returncode < 0:
         error = f"ended by signal {-done.returncode}"
     elif done.returncode not in (0, NOT_PLACED):
-        error = lines[-1] if lines else f"exit code {done.returncode}"
+        error = message(lines) or f"exit code {done.returncode}"
     return Measured(None, error, wall, others)
+
+
+def message(lines: Sequence[str]) -> str:
+    """What a process that failed said: its last exception, or else its last line."""
+    raised = [line for line in lines if RAISED.match(line)]
+    return [*lines[-1:], *raised[-1:]][-1] if lines else ""
 
 
 def cpu_seconds() -> float:

@@ -15,7 +15,7 @@ from mvreg.report import versions
 REPOSITORY = Path(__file__).resolve().parent.parent
 #: Of the code that is measured, and of what measures it.
 SOURCES = (".py", ".so", ".pyd", ".yaml", ".toml")
-MEASURING = ("bench_child.py", "bench_column.py")
+MEASURING = ("bench_child.py", "bench_column.py", "bench_free.py", "bench_relief.py")
 SCHEMA = 1
 #: What a run that took longer than it may is told with; it is not run again.
 TOO_LONG = "longer than"

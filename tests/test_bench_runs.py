@@ -55,12 +55,35 @@ def test_a_small_benchmark_measures_keeps_and_goes_on(tmp_path, still, capsys):
 
 def test_a_run_that_fails_says_why_and_one_that_takes_too_long_too(tmp_path):
     from bench_plan import Case
-    from bench_process import measure
+    from bench_process import measure, message
 
     case = Case("methods", "auto", "nowhere", {"method": "auto", "dataset": "nowhere"})
     found = measure(case, 60)
     assert found.answer is None and "nowhere" in found.error
+    lines = ["Traceback:", "a.b.InputError: no scans", "  searched: here", "Unpack it."]
+    assert message(lines) == "a.b.InputError: no scans"
+    assert message(["a", "b"]) == "b" and message([]) == ""
     assert measure(case, 0.01).error == "longer than 0.01 s"
+
+
+def test_peers_use_all_threads_where_that_is_asked_for(monkeypatch):
+    peer = pytest.importorskip("mvreg_peers.kiss_gicp")
+    from types import SimpleNamespace
+
+    from bench_free import let_loose, plain
+
+    gicp = SimpleNamespace(preprocess_points=lambda *a, **k: (a, k), align=lambda *a, **k: (a, k))
+    monkeypatch.setattr(peer, "load", lambda: ("kiss", gicp))
+    monkeypatch.setattr(peer, "one_thread", "held")
+    monkeypatch.setenv("OMP_NUM_THREADS", "7")
+    let_loose("kiss_gicp")
+    assert (peer.one_thread, peer.load()[1]) == ("held", gicp)
+    let_loose("kiss_gicp+threads")
+    with peer.one_thread("library"):
+        _, free = peer.load()
+    assert free.preprocess_points("points", 1.0) == (("points", 1.0), {"num_threads": 7})
+    assert free.align(1, num_threads=1, reach=2) == ((1,), {"num_threads": 7, "reach": 2})
+    assert (plain("kiss_gicp+threads"), plain("fcpma")) == ("kiss_gicp", "fcpma")
 
 
 def test_larger_sizes_are_left_out_after_one_that_took_too_long(tmp_path, still, monkeypatch):

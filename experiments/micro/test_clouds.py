@@ -81,7 +81,7 @@ def test_normals(benchmark: Any, scan: Scan, views: list[View]) -> None:
 @pytest.mark.benchmark(group="moments, 4 radii")
 def test_moments(benchmark: Any, scan: Scan, views: list[View]) -> None:
     _ = scan.tree
-    radii = views[0].scale.spacing / 2 * np.arange(1, 5)
+    radii: Array = np.linspace(0.5, 2, 4) * views[0].scale.spacing
     count, _, _ = benchmark(neighbourhood_moments, scan, views[0].features.keypoints, radii)
     assert count.min() > 0
 

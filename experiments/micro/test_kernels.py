@@ -1,0 +1,146 @@
+"""Speed of the compiled kernels, each beside its reference in plain NumPy and SciPy.
+
+The kernels run on one thread here. References of neighbourhoods look at all points, so that there
+the kernels are given little to do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mvreg import se3
+from mvreg.kernels import icp, moments, propagate
+from mvreg.kernels.reference import icp as plain_icp
+from mvreg.kernels.reference import moments as plain_moments
+from mvreg.kernels.reference import propagate as plain_propagate
+from mvreg.stages.plane_icp import PlaneICP
+from mvreg.stages.propagate import triples
+from mvreg.stages.refine_planes import PointToPlane
+from mvreg.types import Array, Matches, Scan, View
+
+BOTH = pytest.mark.parametrize("variant", ["kernel", "reference"])
+#: Keypoints that the references of neighbourhoods are asked about.
+FEW = 20
+#: Of the trimmed refinement: least overlap, power, iterations, tolerance.
+TRIMMED = (0.4, 3.0, 100, 1e-6)
+#: Of the propagation, in units of the keypoints' spacing, radians, and of descriptors.
+SPREAD = (0.5, np.radians(10), 0.2)
+#: Matches of the consensus, the share of them that is right, and samples.
+MATCHES, RIGHT, SAMPLES = 60, 0.5, 200
+
+Call = Callable[[], Any]
+
+
+def timed(benchmark: Any, variant: str, kernel: Call, reference: Call) -> Any:
+    """Measure one of the two, and return what it answers."""
+    return benchmark(kernel if variant == "kernel" else reference)
+
+
+@BOTH
+@pytest.mark.benchmark(group="kernel: moments of 20 neighbourhoods, 4 radii")
+def test_moments(benchmark: Any, scan: Scan, views: list[View], variant: str) -> None:
+    keypoints = views[0].features.keypoints[:FEW]
+    radii: Array = np.linspace(0.5, 2, 4) * views[0].scale.spacing
+    tree = scan.tree
+    count, _, _ = timed(
+        benchmark, variant, lambda: moments.moments(tree, keypoints, radii),
+        lambda: plain_moments.moments(scan.points, keypoints, radii),
+    )  # fmt: skip
+    assert count.min() > 0
+
+
+@BOTH
+@pytest.mark.benchmark(group="kernel: normals of 20 points")
+def test_normals(benchmark: Any, scan: Scan, views: list[View], variant: str) -> None:
+    points, tree = views[0].points[:FEW], scan.tree
+    found = timed(
+        benchmark, variant, lambda: moments.normals(tree, points, 20),
+        lambda: plain_moments.normals(scan.points, points, 20),
+    )  # fmt: skip
+    assert np.allclose(np.linalg.norm(found, axis=1), 1)
+
+
+@BOTH
+@pytest.mark.benchmark(group="kernel: trimmed pairs")
+def test_pairs(benchmark: Any, views: list[View], begin: Array, variant: str) -> None:
+    source, target = views
+    moved, tree = se3.apply(begin, source.points), target.tree
+    found = timed(
+        benchmark, variant,
+        lambda: icp.trimmed(tree, moved, 4 * source.scale.spacing, *TRIMMED[:2]),
+        lambda: plain_icp.trimmed(target.points, moved, *TRIMMED[:2]),
+    )  # fmt: skip
+    assert len(found[0]) >= 0.4 * len(moved)
+
+
+@pytest.fixture
+def begin(truth: Array) -> Array:
+    """A pose (4, 4) that is 5 degrees off."""
+    turned: Array = truth @ se3.exp(np.array([0, 0, np.radians(5), 0, 0, 0]))
+    return turned
+
+
+@BOTH
+@pytest.mark.benchmark(group="kernel: trimmed ICP, 5 degrees off")
+def test_trimmed(
+    benchmark: Any, views: list[View], truth: Array, begin: Array, variant: str
+) -> None:
+    source, target = views
+    spacing, tree = source.scale.spacing, target.tree
+    found = timed(
+        benchmark, variant,
+        lambda: icp.trimmed_icp(
+            tree, source.points, begin, 4 * spacing, 1e-9 * spacing, *TRIMMED
+        ),
+        lambda: plain_icp.trimmed_icp(target.points, source.points, begin, *TRIMMED),
+    )  # fmt: skip
+    assert np.linalg.norm(found[0] - truth) < 1
+
+
+@BOTH
+@pytest.mark.benchmark(group="kernel: point-to-plane ICP, 5 degrees off")
+def test_planes(
+    benchmark: Any, views: list[View], truth: Array, begin: Array, variant: str
+) -> None:
+    stage, (source, target) = PointToPlane(), views
+    _ = target.tree
+    found = timed(
+        benchmark, variant, lambda: stage.iterate(source, target, begin),
+        lambda: PlaneICP.iterate(stage, source, target, begin),
+    )  # fmt: skip
+    assert np.linalg.norm(found[0] - truth) < 1
+
+
+@BOTH
+@pytest.mark.benchmark(group="kernel: spread the seeds of a pair")
+def test_spread(benchmark: Any, views: list[View], seeds: Matches, variant: str) -> None:
+    own, other = (view.features for view in views)
+    limits = (SPREAD[0] * views[0].scale.spacing, *SPREAD[1:])
+    shapes = [propagate.Shape(x.keypoints, x.normals, x.descriptors) for x in (own, other)]
+    found = timed(
+        benchmark, variant,
+        lambda: propagate.spread(shapes[0], shapes[1], seeds.indices, own.oriented, *limits),
+        lambda: [plain_propagate.spread(own, other, (int(i), int(j)), *limits)
+                 for i, j in seeds.indices],
+    )  # fmt: skip
+    assert max(len(matches) for matches in found) > 20
+
+
+@BOTH
+@pytest.mark.benchmark(group="kernel: consensus of 60 matches, 200 samples")
+def test_consensus(benchmark: Any, variant: str) -> None:
+    rng = np.random.default_rng(0)
+    source, motion = rng.uniform(-50, 50, (MATCHES, 3)), se3.random(rng, shift=50)
+    target = se3.apply(motion, source)
+    wrong = rng.random(MATCHES) > RIGHT
+    target[wrong] += rng.uniform(-30, 30, (int(wrong.sum()), 3))
+    draws, both = triples(MATCHES, SAMPLES, rng), np.stack([np.arange(MATCHES)] * 2, axis=1)
+    found = timed(
+        benchmark, variant, lambda: propagate.consensus(source, target, both, draws, 2.0),
+        lambda: plain_propagate.consensus(source, target, draws, 2.0),
+    )  # fmt: skip
+    assert np.allclose(found[0], motion)
