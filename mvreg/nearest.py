@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mvreg.parallel import in_threads, threads
-from mvreg.types import Array, Indices
+from mvreg.types import Array, Indices, Scan
 
 if TYPE_CHECKING:
     from mvreg.kernels.tree import Tree
@@ -102,5 +102,14 @@ def mean_spacing(points: Array, tree: Tree | None = None, most: int = 5000) -> f
 
 def median_spacing(clouds: Sequence[Array]) -> float:
     """Median over the clouds of `mean_spacing`: one length for a whole set."""
-    spacings = [s for s in (mean_spacing(cloud) for cloud in clouds) if s > 0]
-    return float(np.median(spacings)) if spacings else 0.0
+    return _median(in_threads(mean_spacing, clouds))
+
+
+def raw_resolution(scans: Sequence[Scan]) -> float:
+    """Median over the scans of the `mean_spacing` of their raw points (length)."""
+    return _median(in_threads(lambda scan: mean_spacing(scan.points, scan.tree), scans))
+
+
+def _median(spacings: Sequence[float]) -> float:
+    known = [spacing for spacing in spacings if spacing > 0]
+    return float(np.median(known)) if known else 0.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from threading import local
 from typing import TypeVar
@@ -31,13 +31,19 @@ def in_threads(function: Callable[[Item], Answer], items: Sequence[Item]) -> lis
     `function` must not share anything that it changes, a random generator least of all. Called
     within itself it works through its items in one thread: the cores are busy already.
     """
+    return list(one_by_one(function, items))
+
+
+def one_by_one(function: Callable[[Item], Answer], items: Sequence[Item]) -> Iterator[Answer]:
+    """The same answers, each as soon as it and those before it are there."""
     workers = min(threads(), len(items))
     if workers < 2 or getattr(INSIDE, "busy", False):
-        return [function(item) for item in items]
+        yield from map(function, items)
+        return
 
     def one(item: Item) -> Answer:
         INSIDE.busy = True
         return function(item)
 
     with ThreadPoolExecutor(workers) as pool:
-        return list(pool.map(one, items))
+        yield from pool.map(one, items)

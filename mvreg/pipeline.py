@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from typing import Any
@@ -14,7 +14,7 @@ from mvreg import contracts, events, plugins
 from mvreg.errors import InputError
 from mvreg.nearest import mean_spacing
 from mvreg.normals import facing_normals
-from mvreg.parallel import in_threads
+from mvreg.parallel import in_threads, one_by_one
 from mvreg.types import (
     Array,
     Candidates,
@@ -22,14 +22,16 @@ from mvreg.types import (
     Pair,
     Registration,
     Result,
+    Sample,
     Scale,
     Scan,
     Verdict,
     View,
 )
 
-#: Candidates are compared, and brought near their optimum, on every n-th registration point.
-SCREENING = 8
+#: Candidates are compared, and brought near their optimum, on every n-th registration point: first
+#: all of them on a few, then on more the best, if they are no worse than so many times the first.
+SCREENING, FEWER, SHORTLIST, HOPELESS = 8, 32, 3, 4.0
 
 
 @contextmanager
@@ -102,18 +104,22 @@ class Pipeline:
         seconds: dict[str, float] = {}
         with timed(seconds, "downsample"):
             samples, spacing = self.downsample(scans, rng)
-        resolutions = [mean_spacing(sample.points) for sample in samples]
+        resolutions = in_threads(lambda sample: mean_spacing(sample.points), samples)
         scale = Scale(spacing, float(np.median([r for r in resolutions if r > 0] or [0.0])))
+
+        def described(scan: Scan, sample: Sample, resolution: float) -> tuple[View, float]:
+            begun = time.perf_counter()
+            features = self.describe(scan, sample.keypoints, spacing)
+            normals = facing_normals(scan, sample.points, features)
+            view = View(scan.name, sample.points, normals, features, resolution, scale, scan)
+            return view, time.perf_counter() - begun
+
         views = []
-        for index, (scan, sample) in enumerate(zip(scans, samples, strict=True)):
-            with timed(seconds, "describe"):
-                features = self.describe(scan, sample.keypoints, spacing)
-                normals = facing_normals(scan, sample.points, features)
-            view = View(
-                scan.name, sample.points, normals, features, resolutions[index], scale, scan
-            )
-            views.append(view)
+        each = list(zip(scans, samples, resolutions, strict=True))
+        for index, (view, describing) in enumerate(one_by_one(lambda one: described(*one), each)):
+            seconds["describe"] = describing
             self.emit(events.ViewPrepared(view, index, len(scans), seconds))
+            views.append(view)
             seconds = {}
         return views
 
@@ -170,15 +176,23 @@ class Pipeline:
         """Refine every candidate on a few points, and the best of them on all; None for none."""
         if not len(candidates):
             return None
-        few = replace(
-            source, points=source.points[::SCREENING], normals=source.normals[::SCREENING]
-        )
         _ = target.tree  # built once, before the threads ask for it
-        screened = in_threads(lambda pose: self.refine(few, target, pose), list(candidates.poses))
-        best, *others = sorted(screened, key=lambda registration: registration.objective)
+        first = self.screen(source, target, candidates.poses, FEWER)
+        limit = HOPELESS * first[0].objective
+        left = [one.T_target_source for one in first[:SHORTLIST] if one.objective <= limit]
+        best, *others = self.screen(source, target, left, SCREENING)
         registration = self.refine(source, target, best.T_target_source)
+        others += first[len(left) :]
         rivals = np.array([other.T_target_source for other in others]).reshape(-1, 4, 4)
         return replace(registration, rivals=rivals)
+
+    def screen(
+        self, source: View, target: View, poses: Iterable[Array], step: int
+    ) -> list[Registration]:
+        """Refine poses on every `step`-th point of the source: the best first."""
+        few = replace(source, points=source.points[::step], normals=source.normals[::step])
+        found = in_threads(lambda pose: self.refine(few, target, pose), list(poses))
+        return sorted(found, key=lambda registration: registration.objective)
 
     def begin(self, reference: View) -> Model:
         """Begin a model with a view, whose frame is the model's."""

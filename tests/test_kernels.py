@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
 from mvreg import se3
-from mvreg.kernels import icp, moments, propagate
+from mvreg.kernels import grid, icp, moments, propagate
+from mvreg.kernels.reference import grid as plain_grid
 from mvreg.kernels.reference import icp as plain_icp
 from mvreg.kernels.reference import moments as plain_moments
 from mvreg.kernels.reference import propagate as plain_propagate
@@ -100,6 +101,23 @@ def test_normals_of_what_makes_no_plane_are_some_unit_vectors():
     for points in (np.zeros((5, 3)), np.ones((1, 3)), np.outer(np.arange(9.0), [1, 2, 3])):
         found = moments.normals(Tree(points), points, 20)
         np.testing.assert_allclose(np.linalg.norm(found, axis=1), 1)
+
+
+@quick
+@given(rngs, clouds, st.integers(1, 400), st.sampled_from([1e-3, 0.1, 0.7, 50.0]))
+def test_cells(rng, kind, count, step):
+    points = cloud(kind, count, rng)
+    found = grid.Cells(points, step)
+    sizes, means, cell = plain_grid.cells(points, step)
+    np.testing.assert_array_equal(found.sizes, sizes)
+    np.testing.assert_array_equal(found.cell, cell)
+    np.testing.assert_allclose(found.means, means, atol=1e-15)
+
+
+def test_a_grid_too_fine_to_be_counted_keeps_every_point(rng):
+    points = rng.uniform(size=(500, 3))
+    found = grid.Cells(points, 1e-12)
+    assert found.sizes.sum() == 500 and len(found.sizes) > 490
 
 
 starts = st.tuples(st.sampled_from([0.0, 4.0, 25.0, 150.0]), st.sampled_from([0.0, 2.0, 12.0]))

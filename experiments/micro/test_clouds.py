@@ -14,8 +14,8 @@ from mvreg import se3
 from mvreg.io.points import read_points
 from mvreg.nearest import build_tree, mean_spacing, nearest
 from mvreg.normals import Orient, estimate_normals
+from mvreg.stages.cells import surface_centroids, voxel_centroids
 from mvreg.stages.describe import neighbourhood_moments
-from mvreg.stages.downsample import surface_centroids, voxel_centroids
 from mvreg.types import Array, Scan, View
 
 #: A cell of the grids, in resolutions of the scan.

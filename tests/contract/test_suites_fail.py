@@ -13,8 +13,9 @@ from mvreg.datasets.base import ScanSource
 from mvreg.normals import Orient
 from mvreg.stages.adjust import NoAdjust
 from mvreg.stages.augment import ConcatAugment, MergeAugment
+from mvreg.stages.cells import voxel_centroids
 from mvreg.stages.describe import SpectrumDescribe
-from mvreg.stages.downsample import PaperDownsample, voxel_centroids
+from mvreg.stages.downsample import PaperDownsample
 from mvreg.stages.judge import PointToPlaneJudge
 from mvreg.stages.propagate import ConsensusPropagate
 from mvreg.stages.refine import ICP, TrimmedICP

@@ -1,0 +1,7 @@
+from mvreg.types import Array, Indices
+
+class Cells:
+    sizes: Indices
+    means: Array
+    cell: Indices
+    def __init__(self, points: Array, step: float) -> None: ...
