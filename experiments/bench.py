@@ -105,7 +105,12 @@ def parser() -> argparse.ArgumentParser:
     add("--datasets", nargs="+", default=DATASETS, help="for the part methods")
     add("--peers-on", nargs="*", default=usual.peers_on, help="data sets that peers run on, too")
     add("--rounds", type=int, default=usual.rounds, help="of the parts methods and start")
-    add("--growth-rounds", type=int, default=usual.growth_rounds, help="of scans and points")
+    add(
+        "--growth-rounds",
+        type=int,
+        default=usual.growth_rounds,
+        help="of scans and points; each in another order",
+    )
     add("--sizes", nargs="+", type=int, default=usual.sizes, help="numbers of scans")
     add("--points", nargs="+", type=int, default=usual.points, help="numbers of points per scan")
     add("--scan-points", type=int, default=usual.scan_points, help="points per scan in scans")

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+HERE = Path(__file__).resolve().parent
 #: mvreg's own methods, and what else one might take; as it comes, and on all threads.
 OWN = ("fcpma", "auto", "ocpma", "ocpra")
 PEERS = ("open3d_multiway", "kiss_gicp", "open3d_multiway+threads", "kiss_gicp+threads")
@@ -72,10 +74,16 @@ class Case:
 
 def plan(options: Options) -> Iterator[tuple[Case, int]]:
     """Every case with the number of its round, in the order in which they are to be run."""
+    rounds = {"methods": options.rounds, "start": options.rounds, "micro": 1}
     for part in options.parts:
-        rounds = options.rounds if part in ("methods", "start") else options.growth_rounds
         for group in GROUPS[part](options):
-            yield from turns(group, 1 if part == "micro" else rounds)
+            for case, number in turns(group, rounds.get(part, options.growth_rounds)):
+                yield (case if part in rounds else redrawn(case, number)), number
+
+
+def redrawn(case: Case, number: int) -> Case:
+    """The case in a round of its own: other orders and motions, which the pairs depend on."""
+    return replace(case, spec={**case.spec, "rng": case.spec["rng"] + number})
 
 
 def turns(group: Sequence[Case], rounds: int) -> Iterator[tuple[Case, int]]:
@@ -133,11 +141,17 @@ def on_column(part: str, method: str, size: int, views: int, points: int, option
     # All sizes of a part see the same mesh.
     most = max(options.points) if part == "points" else points
     step = FINE_STEP if most > FINE_FROM else STEP
-    folder = options.scans / f"column_{points}_{step:g}"
+    folder = options.scans / f"column_{points}_{step:g}_{edition()}"
     parameters = {"folder": str(folder), "views": views, **UNORDERED}
     spec = {"method": method, "dataset": "column", "rng": 1, "parameters": parameters,
             "points": points, "step": step}  # fmt: skip
     return Case(part, method, str(size), spec, size, (folder, views, points, step))
+
+
+def edition() -> str:
+    """A name for the column as its code makes it now; scans of another one must not be mixed in."""
+    code = [(HERE / name).read_bytes() for name in ("bench_column.py", "bench_relief.py")]
+    return hashlib.sha256(b"".join(code)).hexdigest()[:8]
 
 
 GROUPS = {"methods": methods, "start": start, "micro": micro, "scans": scans, "points": points}

@@ -13,6 +13,8 @@ from mvreg.types import Array
 RADIUS = 40.0
 #: Wavelengths and heights of the waves (mm).
 WAVES = ((9.0, 0.3), (22.0, 1.0), (45.0, 3.0), (110.0, 8.0))
+#: Over so many mm a wave becomes higher or lower: no two places are equally rough.
+CHANGE = 90.0
 #: Bosses and hollows: so many in a band of the column that is so high (mm).
 BAND, EACH = 60.0, 30
 #: Their widths (mm), and heights in parts of it, of which one in three is a hollow.
@@ -38,7 +40,8 @@ def relief(smooth: Array) -> Array:
     """Heights (N,) over points (N, 3) of the smooth column, outwards (mm)."""
     found: Array = np.zeros(len(smooth))
     for seed, (wave, size) in enumerate(WAVES):
-        found += bumps(wave, size, seed)(smooth)
+        rough = np.exp(bumps(CHANGE, 0.8, 100 + seed)(smooth)) if wave < CHANGE else 1.0
+        found += rough * bumps(wave, size, seed)(smooth)
     arc = RADIUS * np.arctan2(smooth[:, 1], smooth[:, 0])
     first, last = np.floor(smooth[[0, -1], 2] / BAND).astype(int)
     for band in range(first - 1, last + 2):

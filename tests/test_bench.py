@@ -120,6 +120,8 @@ def test_growth_begins_with_the_smallest_and_keys_know_no_folder():
     other = cases(parts=["scans"], methods=["auto"], sizes=[40, 10], scans=Path("elsewhere"))
     assert [case.key for case, _ in found] == [case.key for case, _ in other]
     assert found[0][0].key != found[1][0].key
+    again = cases(parts=["scans"], methods=["auto"], sizes=[10], growth_rounds=2)
+    assert [case.spec["rng"] for case, _ in again] == [1, 2]  # another order each time
     finer = cases(parts=["scans"], methods=["auto"], sizes=[10], scan_points=20_000)
     assert finer[0][0].key != found[0][0].key
 
