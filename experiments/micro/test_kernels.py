@@ -1,7 +1,6 @@
 """Speed of the compiled kernels, each beside its reference in plain NumPy and SciPy.
 
-The kernels run on one thread here. References of neighbourhoods look at all points, so that there
-the kernels are given little to do.
+References of neighbourhoods look at all points, so that there the kernels are given little to do.
 """
 
 from __future__ import annotations
@@ -13,12 +12,14 @@ import numpy as np
 import pytest
 
 from mvreg import se3
-from mvreg.kernels import icp, moments, propagate
+from mvreg.kernels import grid, icp, moments, text
+from mvreg.kernels.reference import grid as plain_grid
 from mvreg.kernels.reference import icp as plain_icp
 from mvreg.kernels.reference import moments as plain_moments
 from mvreg.kernels.reference import propagate as plain_propagate
+from mvreg.kernels.reference import text as plain_text
 from mvreg.stages.plane_icp import PlaneICP
-from mvreg.stages.propagate import triples
+from mvreg.stages.propagate import ConsensusPropagate
 from mvreg.stages.refine_planes import PointToPlane
 from mvreg.types import Array, Matches, Scan, View
 
@@ -27,10 +28,6 @@ BOTH = pytest.mark.parametrize("variant", ["kernel", "reference"])
 FEW = 20
 #: Of the trimmed refinement: least overlap, power, iterations, tolerance.
 TRIMMED = (0.4, 3.0, 100, 1e-6)
-#: Of the propagation, in units of the keypoints' spacing, radians, and of descriptors.
-SPREAD = (0.5, np.radians(10), 0.2)
-#: Matches of the consensus, the share of them that is right, and samples.
-MATCHES, RIGHT, SAMPLES = 60, 0.5, 200
 
 Call = Callable[[], Any]
 
@@ -118,29 +115,38 @@ def test_planes(
 @BOTH
 @pytest.mark.benchmark(group="kernel: spread the seeds of a pair")
 def test_spread(benchmark: Any, views: list[View], seeds: Matches, variant: str) -> None:
-    own, other = (view.features for view in views)
-    limits = (SPREAD[0] * views[0].scale.spacing, *SPREAD[1:])
-    shapes = [propagate.Shape(x.keypoints, x.normals, x.descriptors) for x in (own, other)]
+    stage, (source, target) = ConsensusPropagate(), views
+    limits = (
+        stage.distance_tolerance * source.scale.spacing, np.radians(stage.angle_tolerance),
+        stage.descriptor_tolerance,
+    )  # fmt: skip
+    pairs = [(int(i), int(j)) for i, j in seeds.indices]
     found = timed(
-        benchmark, variant,
-        lambda: propagate.spread(shapes[0], shapes[1], seeds.indices, own.oriented, *limits),
-        lambda: [plain_propagate.spread(own, other, (int(i), int(j)), *limits)
-                 for i, j in seeds.indices],
+        benchmark, variant, lambda: stage.spread(source, target, seeds.indices),
+        lambda: [plain_propagate.spread(source.features, target.features, pair, *limits)
+                 for pair in pairs],
     )  # fmt: skip
     assert max(len(matches) for matches in found) > 20
 
 
 @BOTH
-@pytest.mark.benchmark(group="kernel: consensus of 60 matches, 200 samples")
-def test_consensus(benchmark: Any, variant: str) -> None:
-    rng = np.random.default_rng(0)
-    source, motion = rng.uniform(-50, 50, (MATCHES, 3)), se3.random(rng, shift=50)
-    target = se3.apply(motion, source)
-    wrong = rng.random(MATCHES) > RIGHT
-    target[wrong] += rng.uniform(-30, 30, (int(wrong.sum()), 3))
-    draws, both = triples(MATCHES, SAMPLES, rng), np.stack([np.arange(MATCHES)] * 2, axis=1)
+@pytest.mark.benchmark(group="kernel: cells of a grid, 30,000 points")
+def test_cells(benchmark: Any, scan: Scan, views: list[View], variant: str) -> None:
+    step = views[0].scale.spacing
     found = timed(
-        benchmark, variant, lambda: propagate.consensus(source, target, both, draws, 2.0),
-        lambda: plain_propagate.consensus(source, target, draws, 2.0),
+        benchmark, variant, lambda: grid.Cells(scan.points, step).sizes,
+        lambda: plain_grid.cells(scan.points, step)[0],
     )  # fmt: skip
-    assert np.allclose(found[0], motion)
+    assert found.sum() == len(scan.points)
+
+
+@BOTH
+@pytest.mark.benchmark(group="kernel: parse a table of 30,000 points")
+def test_table(benchmark: Any, scan: Scan, variant: str) -> None:
+    count = len(scan.points)
+    data = "".join(f"{x:.6g} {y:.6g} {z:.6g}\n" for x, y, z in scan.points.tolist()).encode()
+    table, end = timed(
+        benchmark, variant, lambda: text.parse_rows(data, 0, count, 3),
+        lambda: plain_text.parse_rows(data, 0, count, 3),
+    )  # fmt: skip
+    assert end == len(data) and np.allclose(table, scan.points, rtol=1e-4, atol=1e-4)
