@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mvreg.parallel import in_threads, threads
+from mvreg.parallel import in_threads, slices, threads
 from mvreg.types import Array, Indices, Scan
 
 if TYPE_CHECKING:
@@ -54,10 +54,11 @@ def in_slices(
     ask: Callable[[Array], tuple[Array, Indices]], queries: Array
 ) -> tuple[Array, Indices]:
     """What `ask` answers for all queries, a part of them in each thread if there are many."""
-    if len(queries) < 2 * FEW:
+    parts = slices(len(queries), FEW)
+    if len(parts) == 1:
         return ask(queries)
-    parts = in_threads(ask, np.array_split(queries, len(queries) // FEW))
-    distances, indices = zip(*parts, strict=True)
+    answers = in_threads(lambda part: ask(queries[part]), parts)
+    distances, indices = zip(*answers, strict=True)
     return np.concatenate(distances), np.concatenate(indices)
 
 

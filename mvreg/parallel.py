@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from itertools import pairwise
 from threading import local
 from typing import TypeVar
 
@@ -36,14 +38,29 @@ def in_threads(function: Callable[[Item], Answer], items: Sequence[Item]) -> lis
 
 def one_by_one(function: Callable[[Item], Answer], items: Sequence[Item]) -> Iterator[Answer]:
     """The same answers, each as soon as it and those before it are there."""
-    workers = min(threads(), len(items))
-    if workers < 2 or getattr(INSIDE, "busy", False):
-        yield from map(function, items)
-        return
+    workers = threads()
+    if min(workers, len(items)) < 2 or getattr(INSIDE, "busy", False):
+        return map(function, items)
+    return _pool(workers).map(function, items)
 
-    def one(item: Item) -> Answer:
-        INSIDE.busy = True
-        return function(item)
 
-    with ThreadPoolExecutor(workers) as pool:
-        yield from pool.map(one, items)
+def slices(size: int, least: int) -> list[slice]:
+    """``range(size)`` cut into parts of `least` or more, a few for each thread."""
+    count = max(1, min(size // least, 4 * threads()))
+    ends = [size * part // count for part in range(count + 1)]
+    return [slice(*pair) for pair in pairwise(ends)]
+
+
+@cache
+def _pool(workers: int) -> ThreadPoolExecutor:
+    """Threads are started once: to start them takes as long as many a kernel."""
+    return ThreadPoolExecutor(workers, "mvreg", _begin)
+
+
+def _begin() -> None:
+    INSIDE.busy = True
+
+
+# The threads of a process do not live on in its fork.
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_pool.cache_clear)

@@ -59,8 +59,11 @@ def test_angles_are_the_same_in_every_frame(rng):
 def consensus(source, target, tolerance, samples, rng):
     """The consensus of matched points (M, 3)."""
     both = np.stack([np.arange(len(source))] * 2, axis=1)
-    draws = triples(len(source), samples, rng)
-    return kernels.consensus(source, target, both, draws, tolerance)
+    draws = triples([len(source)], samples, rng)
+    poses, agree = kernels.consensus(
+        source, target, both, np.array([0, len(both)]), draws, tolerance
+    )
+    return (poses[0], np.flatnonzero(agree)) if agree.any() else None
 
 
 def planted(rng, agreeing, outliers, noise=0.0):

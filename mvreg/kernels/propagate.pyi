@@ -1,3 +1,6 @@
+import numpy as np
+from numpy.typing import NDArray
+
 from mvreg.types import Array, Indices
 
 class Shape:
@@ -11,7 +14,8 @@ def spread(
     distance_tolerance: float,
     angle_tolerance: float,
     descriptor_tolerance: float,
-) -> list[Indices]: ...
+) -> tuple[Indices, Indices]: ...
+def nearest_rows(queries: Array, rows: Array) -> tuple[Array, Indices]: ...
 def consensus(
-    source: Array, target: Array, matches: Indices, draws: Indices, tolerance: float
-) -> tuple[Array, Indices] | None: ...
+    source: Array, target: Array, matches: Indices, ends: Indices, draws: Indices, tolerance: float
+) -> tuple[Array, NDArray[np.bool_]]: ...

@@ -3,14 +3,17 @@
 # distutils: language = c++
 """Spread seed matches over two shapes, and find the motion that most of the matches agree with."""
 
-from libc.math cimport INFINITY, M_PI as PI, fabs, sqrt
-from libcpp.algorithm cimport sort
-from libcpp.utility cimport pair
+from libc.math cimport INFINITY, M_PI as PI, fabs, fabsf, sqrt
 from libcpp.vector cimport vector
 
 from mvreg.kernels.linear cimport Motion, kabsch, move, squared_gap
 
 import numpy as np
+
+
+# Rings in a tolerance.
+cdef enum:
+    RINGS = 2
 
 
 cdef class Shape:
@@ -38,32 +41,50 @@ cdef class Shape:
 
 
 cdef class About:
-    """A shape as one of its keypoints sees it, the nearest keypoint first."""
+    """A shape as one of its keypoints sees it, in rings of half a tolerance each.
 
-    cdef vector[pair[double, Py_ssize_t]] ranked
-    cdef vector[double] angle
+    `away` are distances in tolerances, `angle` those to the seed's normals, scale by scale; both
+    ring by ring. Ring r ends where ``ends[r + 1]`` says.
+    """
 
-    cdef void look(self, Shape shape, Py_ssize_t seed, bint oriented) noexcept nogil:
-        """Sort by distance; find the angles to the seed's normals, scale by scale."""
-        cdef Py_ssize_t k, n, scale, size = shape.size
-        cdef const double* a
-        cdef const double* b
-        cdef double* out
-        self.ranked.resize(size)
+    cdef vector[Py_ssize_t] which, ends, next
+    cdef vector[float] away, angle, far
+
+    cdef void look(
+        self, Shape shape, Py_ssize_t seed, bint oriented, double tolerance
+    ) noexcept nogil:
+        """Sort into rings; find the angles."""
+        cdef Py_ssize_t k, place, ring, scale, size = shape.size, rings = 0
+        self.far.resize(size)
+        self.which.resize(size)
+        self.away.resize(size)
         self.angle.resize(size * shape.scales)
         for k in range(size):
-            self.ranked[k].first = sqrt(
-                squared_gap(&shape.keypoints[k, 0], &shape.keypoints[seed, 0]))
-            self.ranked[k].second = k
-        sort(self.ranked.begin(), self.ranked.end())
+            self.far[k] = <float> (
+                sqrt(squared_gap(&shape.keypoints[k, 0], &shape.keypoints[seed, 0])) / tolerance)
+            rings = max(rings, <Py_ssize_t> (RINGS * self.far[k]) + 1)
+        self.ends.assign(rings + 1, 0)
         for k in range(size):
-            n = self.ranked[k].second
+            self.ends[<Py_ssize_t> (RINGS * self.far[k]) + 1] += 1
+        for ring in range(rings):
+            self.ends[ring + 1] += self.ends[ring]
+        self.next = self.ends
+        for k in range(size):
+            ring = <Py_ssize_t> (RINGS * self.far[k])
+            place = self.next[ring]
+            self.next[ring] += 1
+            self.which[place], self.away[place] = k, self.far[k]
             for scale in range(shape.scales):
-                a, b = &shape.normals[n, scale, 0], &shape.normals[seed, scale, 0]
-                self.angle[scale * size + k] = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-        out = self.angle.data()
-        for k in range(size * shape.scales):
-            out[k] = arc(out[k], oriented)
+                self.angle[scale * size + place] = turn(shape, k, seed, scale, oriented)
+
+
+cdef inline float turn(
+    Shape shape, Py_ssize_t k, Py_ssize_t seed, Py_ssize_t scale, bint oriented
+) noexcept nogil:
+    """The angle between the normals of two keypoints at a scale."""
+    cdef const double* a = &shape.normals[k, scale, 0]
+    cdef const double* b = &shape.normals[seed, scale, 0]
+    return <float> arc(a[0] * b[0] + a[1] * b[1] + a[2] * b[2], oriented)
 
 
 cdef inline double arc(double cosine, bint oriented) noexcept nogil:
@@ -101,66 +122,74 @@ def spread(
 
     Returns
     -------
-    list of (M, 2) arrays
-        Matches for each seed, itself first.
+    matches : (M, 2) array
+        Those of all seeds, one after the other; each seed is the first of its own.
+    ends : (S + 1,) array
+        Where the matches of each seed begin, and end.
     """
     cdef const Py_ssize_t[:, ::1] given = np.ascontiguousarray(seeds, dtype=np.intp)
-    cdef About own = About(), other = About()
+    cdef About own = About()
     cdef vector[Py_ssize_t] matches
-    cdef Py_ssize_t[:, ::1] out
-    cdef Py_ssize_t s, m
+    cdef Py_ssize_t s, size = given.shape[0]
+    ends = np.zeros(size + 1, dtype=np.intp)
+    cdef Py_ssize_t[::1] end = ends
     if source.scales != target.scales or source.length != target.length:
         raise ValueError("expected normals and descriptors of the same kind")
-    found = []
-    for s in range(given.shape[0]):
-        with nogil:
-            own.look(source, given[s, 0], oriented)
-            other.look(target, given[s, 1], oriented)
-            matches.clear()
+    with nogil:
+        for s in range(size):
+            own.look(source, given[s, 0], oriented, distance_tolerance)
             matches.push_back(given[s, 0])
             matches.push_back(given[s, 1])
-            match(source, target, own, other, given[s, 1], distance_tolerance, angle_tolerance,
+            match(source, target, own, given[s, 1], oriented, distance_tolerance, angle_tolerance,
                   descriptor_tolerance, matches)
-        one = np.empty((matches.size() // 2, 2), dtype=np.intp)
-        out = one
-        for m in range(out.shape[0]):
-            out[m, 0], out[m, 1] = matches[2 * m], matches[2 * m + 1]
-        found.append(one)
-    return found
+            end[s + 1] = matches.size() // 2
+    found = np.empty((end[size], 2), dtype=np.intp)
+    cdef Py_ssize_t[:, ::1] out = found
+    for s in range(end[size]):
+        out[s, 0], out[s, 1] = matches[2 * s], matches[2 * s + 1]
+    return found, ends
 
 
 cdef void match(
-    Shape source, Shape target, About own, About other, Py_ssize_t seed, double distance_tolerance,
-    double limit, double descriptor_tolerance, vector[Py_ssize_t]& matches
+    Shape source, Shape target, About own, Py_ssize_t seed, bint oriented,
+    double distance_tolerance, float limit, double descriptor_tolerance,
+    vector[Py_ssize_t]& matches
 ) noexcept nogil:
     """Add the matches of one seed, in the order of the target's keypoints."""
-    cdef Py_ssize_t scales = source.scales, size = source.size, m, n, best, scale, low = 0, k
-    cdef double away, cost, least, total, gap
-    cdef const double* alpha = own.angle.data()
-    cdef const double* theta = other.angle.data()
-    cdef vector[Py_ssize_t] partner
+    cdef Py_ssize_t scales = source.scales, size = source.size, m, n, best, scale, k, ring
+    cdef Py_ssize_t rings = own.ends.size() - 1, low, count
+    cdef double total, gap
+    cdef float least, away, cost, one
+    cdef vector[float] wanted
+    cdef vector[Py_ssize_t] partner, left
     partner.resize(target.size, -1)
-    for m in range(target.size):  # farther and farther: the band slides along
-        away = other.ranked[m].first
-        if other.ranked[m].second == seed:
+    left.resize(size + 1)
+    wanted.resize(scales)
+    for m in range(target.size):
+        away = <float> (sqrt(squared_gap(&target.keypoints[m, 0], &target.keypoints[seed, 0]))
+                        / distance_tolerance)
+        ring = <Py_ssize_t> (RINGS * away)
+        if m == seed or ring - RINGS >= rings:
             continue
-        while low < size and own.ranked[low].first < away - distance_tolerance:
-            low += 1
+        for scale in range(scales):
+            wanted[scale] = turn(target, m, seed, scale, oriented)
+        low = own.ends[max(ring - RINGS, 0)]
+        count = own.ends[min(ring + RINGS + 1, rings)] - low
+        count = close(&own.away[low], away, &own.angle[low], wanted[0], limit, count, left.data())
         best, least = -1, INFINITY
-        n = low
-        while n < size and own.ranked[n].first <= away + distance_tolerance:
+        for k in range(count):
+            n = low + left[k]
             cost = 0
-            for scale in range(scales):  # the first scales empty the band
-                gap = fabs(alpha[scale * size + n] - theta[scale * target.size + m])
-                if gap >= limit:
+            for scale in range(scales):
+                one = fabsf(own.angle[scale * size + n] - wanted[scale])
+                cost += one
+                if one >= limit:
                     cost = INFINITY
                     break
-                cost += gap
             if cost < least:
                 least, best = cost, n
-            n += 1
         if best >= 0:
-            partner[other.ranked[m].second] = own.ranked[best].second
+            partner[m] = own.which[best]
     for m in range(target.size):
         k = partner[m]
         if k < 0:
@@ -174,30 +203,110 @@ cdef void match(
             matches.push_back(m)
 
 
-def consensus(source, target, matches, draws, double tolerance):
-    """The rigid motion that most matches agree with, of those of samples of three (RANSAC).
+cdef inline Py_ssize_t close(
+    const float* away, float at, const float* angles, float wanted, float limit, Py_ssize_t count,
+    Py_ssize_t* left
+) noexcept nogil:
+    """Which are as far away to within one, and turned as much; without a branch. How many."""
+    cdef Py_ssize_t n, found = 0
+    for n in range(count):
+        left[found] = n
+        found += (fabsf(away[n] - at) <= 1) & (fabsf(angles[n] - wanted) < limit)
+    return found
+
+
+def nearest_rows(queries, rows):
+    """The nearest of rows (N, D), N at least 1, to each of queries (M, D).
+
+    Returns
+    -------
+    distances, indices : (M,) arrays
+        The first of those equally near.
+    """
+    cdef const double[:, ::1] asked = np.ascontiguousarray(queries, dtype=np.float64)
+    cdef const double[:, ::1] given = np.ascontiguousarray(rows, dtype=np.float64)
+    cdef Py_ssize_t size = given.shape[0], length = given.shape[1], i, j, k, best, up, down
+    cdef double least, total, gap
+    distances, indices = np.empty(asked.shape[0]), np.empty(asked.shape[0], dtype=np.intp)
+    cdef double[::1] far = distances
+    cdef Py_ssize_t[::1] which = indices
+    # Along the axis of the largest spread: once that gap alone is too wide the search is over.
+    cdef Py_ssize_t axis = np.asarray(given).var(axis=0).argmax()
+    order = np.argsort(np.asarray(given)[:, axis], kind="stable")
+    cdef const Py_ssize_t[::1] ranked = order
+    cdef const double[:, ::1] ascending = np.asarray(given)[order]
+    cdef const Py_ssize_t[::1] start = np.searchsorted(
+        np.asarray(ascending)[:, axis], np.asarray(asked)[:, axis])
+    with nogil:
+        for i in range(asked.shape[0]):
+            least, best, up, down = INFINITY, -1, start[i], start[i] - 1
+            while up < size or down >= 0:
+                if up < size and (down < 0 or ascending[up, axis] - asked[i, axis]
+                                  <= asked[i, axis] - ascending[down, axis]):
+                    j = up
+                    up += 1
+                else:
+                    j = down
+                    down -= 1
+                gap = ascending[j, axis] - asked[i, axis]
+                if gap * gap > least:
+                    break
+                total, k = 0, 0
+                while k < length and total <= least:
+                    gap = asked[i, k] - ascending[j, k]
+                    total += gap * gap
+                    k += 1
+                if total < least or (total == least and ranked[j] < best):
+                    least, best = total, ranked[j]
+            far[i], which[i] = sqrt(least), best
+    return distances, indices
+
+
+def consensus(source, target, matches, ends, draws, double tolerance):
+    """The rigid motions that most matches agree with, of those of samples of three (RANSAC).
 
     Parameters
     ----------
     source, target : (K, 3) arrays
         Keypoints.
     matches : (M, 2) array
-        Positions: source, target.
-    draws : (S, 3) array
-        Positions of three different matches each.
+        Positions: source, target; several sets of matches, one after the other.
+    ends : (S + 1,) array
+        Where each set begins, and ends.
+    draws : (S, R, 3) array
+        For each set the positions in it of three different matches, R times.
     tolerance : float
         A match agrees if the motion brings it closer than this (length).
 
     Returns
     -------
-    (T_target_source, agreeing) or None
-        The motion (4, 4) fitted to the agreeing matches, and their positions; None when no sample
-        has more than three.
+    poses : (S, 4, 4) array
+        ``T_target_source``, fitted to the agreeing matches of each set.
+    agree : (M,) array of bool
+        Which they are; none, and no pose, where no sample has more than three.
     """
     cdef const double[:, ::1] here = np.ascontiguousarray(source, dtype=np.float64)
     cdef const double[:, ::1] there = np.ascontiguousarray(target, dtype=np.float64)
     cdef const Py_ssize_t[:, ::1] pairs = np.ascontiguousarray(matches, dtype=np.intp)
-    cdef const Py_ssize_t[:, ::1] drawn = np.ascontiguousarray(draws, dtype=np.intp)
+    cdef const Py_ssize_t[::1] end = np.ascontiguousarray(ends, dtype=np.intp)
+    cdef const Py_ssize_t[:, :, ::1] drawn = np.ascontiguousarray(draws, dtype=np.intp)
+    cdef Py_ssize_t sets = end.shape[0] - 1, s
+    poses, agree = np.zeros((sets, 4, 4)), np.zeros(pairs.shape[0], dtype=bool)
+    cdef double[:, :, ::1] pose = poses
+    cdef unsigned char[::1] kept = agree.view(np.uint8)
+    poses[:, 3, 3] = 1
+    with nogil:
+        for s in range(sets):
+            agreed(here, there, pairs[end[s]:end[s + 1]], drawn[s], tolerance, pose[s],
+                   kept[end[s]:end[s + 1]])
+    return poses, agree
+
+
+cdef void agreed(
+    const double[:, ::1] here, const double[:, ::1] there, const Py_ssize_t[:, ::1] pairs,
+    const Py_ssize_t[:, ::1] drawn, double tolerance, double[:, ::1] pose, unsigned char[::1] kept
+) noexcept nogil:
+    """The consensus of one set of matches."""
     cdef Py_ssize_t size = pairs.shape[0], s, i, votes, most = 3, j
     cdef vector[double] x, y
     cdef double a[9]
@@ -206,43 +315,34 @@ def consensus(source, target, matches, draws, double tolerance):
     cdef Motion motion
     cdef Motion best = [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]
     cdef int k
-    with nogil:
-        x.resize(3 * size)
-        y.resize(3 * size)
-        for i in range(size):
-            for k in range(3):
-                x[3 * i + k], y[3 * i + k] = here[pairs[i, 0], k], there[pairs[i, 1], k]
-        for s in range(drawn.shape[0]):
-            for j in range(3):
-                for k in range(3):
-                    a[3 * j + k], b[3 * j + k] = x[3 * drawn[s, j] + k], y[3 * drawn[s, j] + k]
-            if not sound(a, b, tolerance):
-                continue
-            triangle(a, b, motion)
-            votes = 0
-            for i in range(size):
-                votes += squared_miss(motion, &x[3 * i], &y[3 * i]) < limit
-            if votes > most:
-                most = votes
-                for k in range(12):
-                    best[k] = motion[k]
-    if most == 3:
-        return None
-    agreeing = np.empty(most, dtype=np.intp)
-    cdef Py_ssize_t[::1] kept = agreeing
-    j = 0
+    x.resize(3 * size)
+    y.resize(3 * size)
     for i in range(size):
-        if squared_miss(best, &x[3 * i], &y[3 * i]) < limit:
-            kept[j] = i
-            j += 1
-    fit(x, y, kept, motion)
-    transform = np.eye(4)
-    cdef double[:, ::1] out = transform
+        for k in range(3):
+            x[3 * i + k], y[3 * i + k] = here[pairs[i, 0], k], there[pairs[i, 1], k]
+    for s in range(drawn.shape[0]):
+        for j in range(3):
+            for k in range(3):
+                a[3 * j + k], b[3 * j + k] = x[3 * drawn[s, j] + k], y[3 * drawn[s, j] + k]
+        if not sound(a, b, tolerance):
+            continue
+        triangle(a, b, motion)
+        votes = 0
+        for i in range(size):
+            votes += squared_miss(motion, &x[3 * i], &y[3 * i]) < limit
+        if votes > most:
+            most = votes
+            for k in range(12):
+                best[k] = motion[k]
+    if most == 3:
+        return
+    for i in range(size):
+        kept[i] = squared_miss(best, &x[3 * i], &y[3 * i]) < limit
+    fit(x, y, kept, most, motion)
     for j in range(3):
         for k in range(3):
-            out[j, k] = motion[3 * j + k]
-        out[j, 3] = motion[9 + j]
-    return transform, agreeing
+            pose[j, k] = motion[3 * j + k]
+        pose[j, 3] = motion[9 + j]
 
 
 cdef inline double squared_miss(const double* motion, const double* x, const double* y) noexcept nogil:
@@ -373,23 +473,27 @@ cdef void general(const double* a, const double* b, double* motion) noexcept nog
 
 
 cdef void fit(
-    const vector[double]& x, const vector[double]& y, const Py_ssize_t[::1] kept, double* motion
+    const vector[double]& x, const vector[double]& y, const unsigned char[::1] kept,
+    Py_ssize_t size, double* motion
 ) noexcept nogil:
-    """The motion that fits the matches kept best."""
+    """The motion that fits the matches kept, of which there are `size`, best."""
     cdef double h[9]
     cdef double mean_x[3]
     cdef double mean_y[3]
-    cdef Py_ssize_t i, size = kept.shape[0]
+    cdef Py_ssize_t i
     cdef int j, k
     for k in range(3):
         mean_x[k], mean_y[k] = 0, 0
-        for i in range(size):
-            mean_x[k] += x[3 * kept[i] + k] / size
-            mean_y[k] += y[3 * kept[i] + k] / size
+    for i in range(kept.shape[0]):
+        if kept[i]:
+            for k in range(3):
+                mean_x[k] += x[3 * i + k] / size
+                mean_y[k] += y[3 * i + k] / size
     for k in range(9):
         h[k] = 0
-    for i in range(size):
-        for j in range(3):
-            for k in range(3):
-                h[3 * j + k] += (x[3 * kept[i] + j] - mean_x[j]) * (y[3 * kept[i] + k] - mean_y[k])
+    for i in range(kept.shape[0]):
+        if kept[i]:
+            for j in range(3):
+                for k in range(3):
+                    h[3 * j + k] += (x[3 * i + j] - mean_x[j]) * (y[3 * i + k] - mean_y[k])
     kabsch(h, mean_x, mean_y, motion)

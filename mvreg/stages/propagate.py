@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,22 +11,22 @@ from mvreg import se3
 from mvreg.errors import InputError, check_positive
 from mvreg.kernels import propagate as kernels
 from mvreg.nearest import nearest
-from mvreg.parallel import in_threads
+from mvreg.parallel import in_threads, slices
 from mvreg.types import Array, Candidates, Indices, Matches, View
 
-#: Seeds that one thread takes at a time.
-PART = 32
+#: So many seeds are worth a thread's while.
+PART = 8
 
 
-def triples(size: int, samples: int, rng: np.random.Generator) -> Indices:
-    """Draw three different ones of `size` things, `samples` times: (samples, 3)."""
-    draw = rng.integers(0, [size, size - 1, size - 2], size=(samples, 3))
+def triples(sizes: Sequence[int], samples: int, rng: np.random.Generator) -> Indices:
+    """Draw three different ones of so many things, again and again: (S, samples, 3)."""
+    most = np.asarray(sizes)[:, None, None] - np.arange(3)
+    draw = rng.integers(0, most, size=(len(most), samples, 3))
+    first, second, third = np.moveaxis(draw, 2, 0)
     # Offsets that skip what is already drawn.
-    low = np.minimum(draw[:, 0], draw[:, 1] + (draw[:, 1] >= draw[:, 0]))
-    draw[:, 1] += draw[:, 1] >= draw[:, 0]
-    high = np.maximum(draw[:, 0], draw[:, 1])
-    draw[:, 2] += draw[:, 2] >= low
-    draw[:, 2] += draw[:, 2] >= high
+    second += second >= first
+    third += third >= np.minimum(first, second)
+    third += third >= np.maximum(first, second)
     return draw
 
 
@@ -99,38 +100,55 @@ class ConsensusPropagate:
     def __call__(
         self, source: View, target: View, seeds: Matches, rng: np.random.Generator
     ) -> Candidates:
-        own, other = source.features.keypoints, target.features.keypoints
-        tolerance = self.inlier_distance * source.scale.spacing
         spread = [
             matches
             for matches in self.spread(source, target, seeds.indices)
             if len(matches) >= self.min_matches
         ]
-        draws = [triples(len(matches), self.samples, rng) for matches in spread]
+        draws = triples([len(matches) for matches in spread], self.samples, rng)
         found = in_threads(
-            lambda one: kernels.consensus(own, other, *one, tolerance),
-            list(zip(spread, draws, strict=True)),
+            lambda part: self.consensus(source, target, spread[part], draws[part]),
+            slices(len(spread), PART),
         )
-        agreed = [(*one, matches) for one, matches in zip(found, spread, strict=True) if one]
+        agreed = [one for part in found for one in part]
         if not agreed:
             return Candidates.none()
-        poses = np.stack([pose for pose, _, _ in agreed])
-        return self.rank(source, target, poses, [m[agreeing] for _, agreeing, m in agreed])
+        return self.rank(source, target, np.stack([pose for pose, _ in agreed]), agreed)
 
     def spread(self, source: View, target: View, seeds: Indices) -> list[Indices]:
         """Spread seeds (S, 2) over both shapes: matches (M, 2) of each, the seed first."""
         own, other = shape(source), shape(target)
         oriented = source.features.oriented and target.features.oriented
         parts = in_threads(
-            lambda some: kernels.spread(
-                own, other, some, oriented, self.distance_tolerance * source.scale.spacing,
+            lambda part: kernels.spread(
+                own, other, seeds[part], oriented, self.distance_tolerance * source.scale.spacing,
                 np.deg2rad(self.angle_tolerance), self.descriptor_tolerance,
             ),
-            [seeds[first : first + PART] for first in range(0, len(seeds), PART)],
+            slices(len(seeds), PART),
         )  # fmt: skip
-        return [matches for part in parts for matches in part]
+        return [m for matches, ends in parts for m in np.split(matches, ends[1:-1]) if len(m)]
 
-    def rank(self, source: View, target: View, poses: Array, supports: list[Indices]) -> Candidates:
+    def consensus(
+        self, source: View, target: View, spread: list[Indices], draws: Indices
+    ) -> list[tuple[Array, Indices]]:
+        """The motions (4, 4) of those sets of matches that agree on one, and who agrees."""
+        if not spread:
+            return []
+        ends = np.cumsum([0, *(len(matches) for matches in spread)])
+        poses, agree = kernels.consensus(
+            source.features.keypoints, target.features.keypoints, np.concatenate(spread), ends,
+            draws, self.inlier_distance * source.scale.spacing,
+        )  # fmt: skip
+        kept = np.split(agree, ends[1:-1])
+        return [
+            (pose, matches[mask])
+            for pose, matches, mask in zip(poses, spread, kept, strict=True)
+            if mask.any()
+        ]
+
+    def rank(
+        self, source: View, target: View, poses: Array, agreed: list[tuple[Array, Indices]]
+    ) -> Candidates:
         """Order by quality; keep the best that differ."""
         keypoints = source.features.keypoints
         bound = 3 * source.scale.spacing  # farther is as bad as this: it only ranks
@@ -146,4 +164,4 @@ class ConsensusPropagate:
                 kept.append(int(index))
             if len(kept) == self.keep:
                 break
-        return Candidates(poses[kept], scores[kept], tuple(supports[k] for k in kept))
+        return Candidates(poses[kept], scores[kept], tuple(agreed[k][1] for k in kept))

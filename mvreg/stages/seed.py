@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mvreg.errors import InputError
-from mvreg.nearest import WORKERS
+from mvreg.kernels.propagate import nearest_rows
 from mvreg.types import Matches, View
 
 
@@ -31,12 +31,10 @@ class NearestSeed:
             )
 
     def __call__(self, source: View, target: View) -> Matches:
-        from scipy.spatial import cKDTree
-
         own, other = source.features.descriptors, target.features.descriptors
         if len(own) == 0 or len(other) == 0:
             return Matches(np.empty((0, 2), dtype=np.intp), np.empty(0))
-        distances, nearest = cKDTree(other).query(own, workers=WORKERS)
+        distances, nearest = nearest_rows(own, other)
         best = np.argsort(distances, kind="stable")
         best = best[: int(np.ceil(self.top_fraction * len(own)))]
         return Matches(np.stack([best, nearest[best]], axis=1), distances[best])

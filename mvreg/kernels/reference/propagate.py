@@ -66,6 +66,12 @@ def spread(
     return np.concatenate([[[i, j]], np.stack([n[keep], m[keep]], axis=1)])
 
 
+def nearest_rows(queries: Array, rows: Array) -> tuple[Array, Indices]:
+    """The nearest of rows (N, D) to each of queries (M, D)."""
+    far = np.linalg.norm(queries[:, None] - rows[None], axis=2)
+    return far.min(axis=1), far.argmin(axis=1)
+
+
 def consensus(
     source: Array, target: Array, draws: Indices, tolerance: float
 ) -> tuple[Array, Indices] | None:
