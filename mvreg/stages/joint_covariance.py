@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from mvreg.stages.joint_contacts import in_parts
 from mvreg.stages.joint_system import Frame, Rows, System, curvature, weight
-from mvreg.types import Array
+from mvreg.types import Array, Indices
 
-#: Columns solved for at a time: bounds the memory.
-BATCH = 256
+#: Columns solved for at a time, a multiple of six: bounds the memory.
+BATCH = 252
 
 
 def covariances(
@@ -40,25 +41,34 @@ def covariances(
     cell : float
         Edge of the cells, in the frame's radius.
     """
-    solver = system.factor()
     cells = _cell_gradients(found, system, width, cell)
     count, unknowns = cells.shape
-    ratio = 0.0
-    for start in range(0, count, BATCH):
-        some = cells[start : start + BATCH].toarray()
-        ratio += float((some * solver.solve(some.T).T).sum())
+    ratio, blocks = _inverse(system, (cells.T @ cells).tocsc())
     # A robust optimum is flatter than its weights say (Huber 1981, Section 7.6); and residuals
     # shrink by what the unknowns take out of them.
     flatter = _total(found, width, weight) / max(_total(found, width, curvature), 1e-12)
     variance = ratio / unknowns * flatter**2 * count / max(count - unknowns, 1)
     change = frame.twists
-    blocks = []
-    for start in range(0, unknowns, 6):
-        unit = np.zeros((unknowns, 6))
-        unit[start : start + 6] = np.eye(6)
-        block = solver.solve(unit)[start : start + 6]
-        blocks.append(variance * change @ ((block + block.T) / 2) @ change.T)
-    return np.array(blocks).reshape(-1, 6, 6)
+    return np.array(
+        [variance * change @ ((block + block.T) / 2) @ change.T for block in blocks]
+    ).reshape(-1, 6, 6)
+
+
+def _inverse(system: System, sums: Any) -> tuple[float, list[Array]]:
+    """Of the inverse of the normal equations: the trace of its product with `sums`, and its blocks.
+
+    `sums` is sparse, (6 F, 6 F); the blocks (6, 6) are those on the diagonal.
+    """
+    solver, unknowns = system.factor(), len(system.gradient)
+    trace, blocks = 0.0, list[Array]()
+    for start in range(0, unknowns, BATCH):
+        stop = min(start + BATCH, unknowns)
+        unit = np.zeros((unknowns, stop - start))
+        unit[start:stop] = np.eye(stop - start)
+        columns = solver.solve(unit)
+        trace += float((columns * sums[:, start:stop].toarray()).sum())
+        blocks += [columns[k : k + 6, k - start : k - start + 6] for k in range(start, stop, 6)]
+    return trace, blocks
 
 
 def _total(found: Sequence[Rows], width: float, kernel: Callable[[Array, float], Array]) -> float:
@@ -69,23 +79,32 @@ def _cell_gradients(found: Sequence[Rows], system: System, width: float, cell: f
     """Sparse (G, 6 F): the gradient of every cell's residuals."""
     from scipy.sparse import coo_matrix
 
-    points = np.concatenate([one.points for one in found])
-    places = np.floor((points - points.min(axis=0)) / cell).astype(np.int64)
-    across = places.max(axis=0) + 1
-    keys = (places[:, 0] * across[1] + places[:, 1]) * across[2] + places[:, 2]
-    _, where = np.unique(keys, return_inverse=True)
-    values, lines, columns, start = [], [], [], 0
-    for one in found:
-        size = len(one.residuals)
-        slopes = (
-            one.jacobian * (one.weights * weight(one.residuals, width) * one.residuals)[:, None]
-        )
+    low = np.min([one.points.min(axis=0) for one in found], axis=0)
+    high = np.max([one.points.max(axis=0) for one in found], axis=0)
+    across = np.floor((high - low) / cell).astype(np.int64) + 1
+    keys, values, columns = [], [], []
+    for one, (key, slopes) in zip(
+        found, in_parts(lambda one: _cell_sums(one, width, low, cell, across), found), strict=True
+    ):
         for k, sign in ((one.i, 1.0), (one.j, -1.0)):
             if k in system.place:
-                values.append(sign * slopes.ravel())
-                lines.append(np.repeat(where[start : start + size], 6))
-                columns.append(np.tile(6 * system.place[k] + np.arange(6), size))
-        start += size
+                keys.append(key)
+                values.append(sign * slopes)
+                columns.append(np.tile(6 * system.place[k] + np.arange(6), (len(key), 1)))
+    _, where = np.unique(np.concatenate(keys), return_inverse=True)
+    entries = (np.repeat(where, 6), np.concatenate(columns).ravel())
     shape = (int(where.max()) + 1, len(system.gradient))
-    entries = (np.concatenate(lines), np.concatenate(columns))
-    return coo_matrix((np.concatenate(values), entries), shape=shape).tocsr()
+    return coo_matrix((np.concatenate(values).ravel(), entries), shape=shape).tocsr()
+
+
+def _cell_sums(
+    one: Rows, width: float, low: Array, cell: float, across: Indices
+) -> tuple[Indices, Array]:
+    """The cells (C,) that residuals lie in, by numbers, and the sums (C, 6) of their gradients."""
+    places = np.floor((one.points - low) / cell).astype(np.int64)
+    keys = (places[:, 0] * across[1] + places[:, 1]) * across[2] + places[:, 2]
+    slopes = one.jacobian * (one.weights * weight(one.residuals, width) * one.residuals)[:, None]
+    order = np.argsort(keys, kind="stable")
+    ascending = keys[order]
+    first = np.flatnonzero(np.diff(ascending, prepend=-1))
+    return ascending[first], np.add.reduceat(slopes[order], first, axis=0)

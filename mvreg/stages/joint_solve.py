@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mvreg import se3
+from mvreg.kernels import joint
 from mvreg.stages.joint_contacts import Contacts, Gate, contacts, touching
 from mvreg.stages.joint_covariance import covariances
 from mvreg.stages.joint_surface import Surface
@@ -105,10 +106,10 @@ class Solver:
     def farthest(self, before: Array, after: Array) -> float:
         """How far any sample has moved, in resolutions."""
         moves = [
-            np.linalg.norm(se3.apply(new, s.points) - se3.apply(old, s.points), axis=1).max()
+            joint.farthest(s.points, old, new)
             for s, old, new in zip(self.surfaces, before, after, strict=True)
         ]
-        return float(max(moves)) / self.resolution
+        return max(moves) / self.resolution
 
     def summary(self, motions: Array, found: Sequence[Contacts], free: Sequence[int]) -> Settled:
         """What to report of the poses found, given the contacts that they rest on."""

@@ -9,11 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mvreg.evidence_measure import witness
+from mvreg.kernels import joint
 from mvreg.nearest import build_tree
 from mvreg.normals import facing_normals
 from mvreg.parallel import in_threads
@@ -81,11 +84,25 @@ class Surface:
     normals: Array
     reach: Array
     density: Array
-    whole: Array
+    whole: NDArray[np.bool_]
     trust: Array
     share: Array
     tree: Tree
     oriented: bool
+
+    @cached_property
+    def patches(self) -> joint.Patches:
+        """The patches as the compiled kernels ask for them."""
+        return joint.Patches(
+            self.tree, self.points, self.axes, self.slopes, self.bends, self.normals, self.reach,
+            self.whole,
+        )  # fmt: skip
+
+    @cached_property
+    def moments(self) -> tuple[Array, float]:
+        """The mean of the origins (3,), and the sum of their squared distances from it."""
+        middle = self.points.mean(axis=0)
+        return middle, float(((self.points - middle) ** 2).sum())
 
     def gaps(self, points: Array, patches: Indices, flat: bool) -> tuple[Array, Array, Array]:
         """How far points are from patches, across the surface and along it.
@@ -107,20 +124,7 @@ class Surface:
         aside : (M,) array
             How far the points are from the middle of the patch, along it (length).
         """
-        local = np.einsum("mij,mj->mi", self.axes[patches], points - self.points[patches])
-        across, height = local[:, :2], local[:, 2]
-        slopes = self.slopes[patches]
-        below = (slopes * across).sum(axis=1)
-        if not flat:
-            bends = self.bends[patches]
-            a, b = across.T
-            bent = np.stack([bends[:, 0] * a + bends[:, 1] * b, bends[:, 1] * a + bends[:, 2] * b])
-            below = below + (bent.T * across).sum(axis=1) / 2
-            slopes = slopes + bent.T
-        steep = np.sqrt(1 + (slopes**2).sum(axis=1))
-        upright = np.column_stack([-slopes, np.ones(len(slopes))]) / steep[:, None]
-        normals = np.einsum("mi,mij->mj", upright, self.axes[patches])
-        return (height - below) / steep, normals, np.sqrt((across**2).sum(axis=1))
+        return joint.gaps(self.patches, points, patches, flat)
 
 
 def surfaces(views: Sequence[View], dense: bool = False) -> list[Surface]:
@@ -143,44 +147,34 @@ def _surface(view: View, dense: bool) -> Surface:
         samples, facing = view.points[::step], view.normals[::step]
     share = len(raw) / len(samples)
     count = min(int(np.clip(COVER * share, FEWEST, MOST)), len(raw))
-    _, indices = tree.query(samples, k=list(range(1, count + 1)))
-    fitted = _fitted(raw[indices], samples, facing, len(raw), view.features.oriented)
+    fitted = _fitted(tree, count, samples, facing, view.features.oriented)
     image = witness(view).image
     if image is None:
         return fitted
     return replace(fitted, trust=(fitted.normals * image.towards(samples)).sum(axis=1) ** 2)
 
 
-def _fitted(near: Array, samples: Array, facing: Array, total: int, oriented: bool) -> Surface:
-    """Patches through the raw points (S, k, 3) about each sample, by least squares."""
-    offsets, axes = near - samples[:, None], axes_about(facing)
-    local = offsets @ np.swapaxes(axes, 1, 2)
-    reach = np.sqrt((local[..., :2] ** 2).sum(axis=2).max(axis=1))
+def _fitted(tree: Tree, count: int, samples: Array, facing: Array, oriented: bool) -> Surface:
+    """Patches through the `count` raw points of a tree about each sample, by least squares."""
+    axes = axes_about(facing)
+    heights, slopes, bends, reach, lopsided = joint.fit(tree, samples, axes, count, RIDGE)
     unit = np.where(reach > 0, reach, 1.0)
-    a, b = local[..., 0] / unit[:, None], local[..., 1] / unit[:, None]
-    terms = np.stack([np.ones_like(a), a, b, a * a / 2, a * b, b * b / 2], axis=2)
-    system = np.swapaxes(terms, 1, 2) @ terms / terms.shape[1] + RIDGE * np.eye(6)
-    right = np.swapaxes(terms, 1, 2) @ local[..., 2:] / terms.shape[1]
-    fit = np.linalg.solve(system, right)[..., 0]
-    slopes, bends = fit[:, 1:3] / unit[:, None], fit[:, 3:] / unit[:, None] ** 2
-    lopsided = np.hypot(a.mean(axis=1), b.mean(axis=1))
-    whole = (reach > 0) & (lopsided < LOPSIDED) & (terms.shape[1] >= FEWEST)
     upright = np.column_stack([-slopes, np.ones(len(slopes))])
-    upright /= np.linalg.norm(upright, axis=1, keepdims=True)
-    points = samples + fit[:, :1] * axes[:, 2]
-    density = np.where(reach > 0, terms.shape[1] / (np.pi * unit**2), 0.0)
-    tree = build_tree(points)
+    upright /= np.sqrt((upright**2).sum(axis=1, keepdims=True))
+    points = samples + heights[:, None] * axes[:, 2]
+    density = np.where(reach > 0, count / (np.pi * unit**2), 0.0)
+    own = build_tree(points)
     return Surface(
         points=points,
         axes=axes,
         slopes=slopes,
         bends=bends,
-        normals=np.einsum("si,sij->sj", upright, axes),
+        normals=(upright[:, None] @ axes)[:, 0],
         reach=reach,
         density=density,
-        whole=whole,
+        whole=(reach > 0) & (lopsided < LOPSIDED) & (count >= FEWEST),
         trust=np.ones(len(samples)),
-        share=shares(tree, density, total),
-        tree=tree,
+        share=shares(own, density, tree.n),
+        tree=own,
         oriented=oriented,
     )

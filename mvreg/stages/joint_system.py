@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from mvreg import se3
-from mvreg.parallel import in_threads
-from mvreg.stages.joint_contacts import Contacts
+from mvreg.kernels import joint
+from mvreg.stages.joint_contacts import Contacts, in_parts
 from mvreg.stages.joint_surface import Surface
 from mvreg.stages.plane_icp import about
 from mvreg.types import Array
@@ -34,10 +34,13 @@ class Frame:
     @classmethod
     def of(cls, surfaces: Sequence[Surface], motions: Array) -> Frame:
         """The frame about all the samples of placed surfaces."""
+        counts = np.array([len(s.points) for s in surfaces])
         placed = zip(surfaces, motions, strict=True)
-        points = np.concatenate([se3.apply(motion, s.points) for s, motion in placed])
-        centre = points.mean(axis=0)
-        return cls(centre, float(np.sqrt(((points - centre) ** 2).sum(axis=1).mean())) or 1.0)
+        middles = np.stack([se3.apply(motion, s.moments[0]) for s, motion in placed])
+        centre = counts @ middles / counts.sum()
+        apart = counts @ ((middles - centre) ** 2).sum(axis=1)
+        total = apart + sum(s.moments[1] for s in surfaces)
+        return cls(centre, float(np.sqrt(total / counts.sum())) or 1.0)
 
     def motion(self, unknowns: Array) -> Array:
         """The motions (..., 4, 4) of unknowns (..., 6)."""
@@ -79,15 +82,15 @@ def rows(
     """Point-to-surface residuals of all contacts, and how they change with the poses."""
 
     def of(one: Contacts) -> Rows:
-        into = se3.invert(motions[one.j]) @ motions[one.i]
-        points = se3.apply(into, surfaces[one.i].points[one.samples])
-        heights, normals, _ = surfaces[one.j].gaps(points, one.patches, flat)
-        normals = normals @ motions[one.j][:3, :3].T
-        points = (se3.apply(motions[one.j], points) - frame.centre) / frame.radius
-        jacobian = np.concatenate([np.cross(points, normals), normals], axis=1)
-        return Rows(one.i, one.j, heights / frame.radius, jacobian, points, one.weights)
+        found = joint.rows(
+            surfaces[one.i].patches, surfaces[one.j].patches, motions[one.i], motions[one.j],
+            one.samples, one.patches, frame.centre, frame.radius, flat,
+        )  # fmt: skip
+        return Rows(one.i, one.j, *found, one.weights)
 
-    return in_threads(of, list(contacts))
+    for k in {k for one in contacts for k in (one.i, one.j)}:
+        _ = surfaces[k].patches  # built once, before the threads ask for it
+    return in_parts(of, contacts)
 
 
 def spread(found: Sequence[Rows]) -> float:
@@ -132,10 +135,13 @@ class System:
         gradient = np.zeros((len(free), 6))
         where: list[tuple[int, int]] = []
         made: list[Array] = []
-        for one in found:
-            weights = one.weights * weight(one.residuals, width)
-            weighted = one.jacobian * weights[:, None]
-            block, slope = one.jacobian.T @ weighted, weighted.T @ one.residuals
+        sums = in_parts(
+            lambda one: joint.normal_equations(
+                one.jacobian, one.residuals, one.weights, width, CUT
+            ),
+            found,
+        )
+        for one, (block, slope) in zip(found, sums, strict=True):
             for k, sign in ((one.i, 1.0), (one.j, -1.0)):
                 if k in place:
                     gradient[place[k]] += sign * slope
