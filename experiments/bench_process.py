@@ -23,7 +23,7 @@ CHILD, COLUMN, MICRO = HERE / "bench_child.py", HERE / "bench_column.py", HERE /
 #: Exit code of a run that did not place every scan; it is measured all the same.
 NOT_PLACED = 3
 #: How the last line of a traceback begins; more lines of the message may follow it.
-RAISED = re.compile(r"[\w.]+(Error|Exception|Exit): ")
+RAISED = re.compile(r"(error|[\w.]+(Error|Exception|Exit)): ")
 #: What is kept of a micro-benchmark, in seconds but for the number of rounds.
 STATISTICS = ("median", "min", "max", "rounds")
 

@@ -50,7 +50,8 @@ def drawn(table: Table) -> object:
 
     found = Drawn(title=table.title, title_justify="left")
     for place, head in enumerate(table.heads):
-        found.add_column(head, justify="left" if place < table.left else "right")
+        left = place < table.left
+        found.add_column(head, justify="left" if left else "right", overflow="fold")
     for row in table.rows:
         found.add_row(*row)
     return found

@@ -62,6 +62,7 @@ def test_a_run_that_fails_says_why_and_one_that_takes_too_long_too(tmp_path):
     assert found.answer is None and "nowhere" in found.error
     lines = ["Traceback:", "a.b.InputError: no scans", "  searched: here", "Unpack it."]
     assert message(lines) == "a.b.InputError: no scans"
+    assert message(["error: no scans", "Unpack it."]) == "error: no scans"
     assert message(["a", "b"]) == "b" and message([]) == ""
     assert measure(case, 0.01).error == "longer than 0.01 s"
 
