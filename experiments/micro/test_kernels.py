@@ -12,22 +12,24 @@ import numpy as np
 import pytest
 
 from mvreg import se3
-from mvreg.kernels import grid, icp, moments, text
+from mvreg.kernels import grid, icp, moments, propagate, text
 from mvreg.kernels.reference import grid as plain_grid
 from mvreg.kernels.reference import icp as plain_icp
 from mvreg.kernels.reference import moments as plain_moments
 from mvreg.kernels.reference import propagate as plain_propagate
 from mvreg.kernels.reference import text as plain_text
 from mvreg.stages.plane_icp import PlaneICP
-from mvreg.stages.propagate import ConsensusPropagate
+from mvreg.stages.propagate import ConsensusPropagate, triples
 from mvreg.stages.refine_planes import PointToPlane
-from mvreg.types import Array, Matches, Scan, View
+from mvreg.types import Array, Indices, Matches, Scan, View
 
 BOTH = pytest.mark.parametrize("variant", ["kernel", "reference"])
 #: Keypoints that the references of neighbourhoods are asked about.
 FEW = 20
 #: Of the trimmed refinement: least overlap, power, iterations, tolerance.
 TRIMMED = (0.4, 3.0, 100, 1e-6)
+#: Matches of a consensus, the share of them that is right, samples, and how often all that.
+MATCHES, RIGHT, SAMPLES, TIMES = 60, 0.5, 200, 20
 
 Call = Callable[[], Any]
 
@@ -127,6 +129,42 @@ def test_spread(benchmark: Any, views: list[View], seeds: Matches, variant: str)
                  for pair in pairs],
     )  # fmt: skip
     assert max(len(matches) for matches in found) > 20
+
+
+@BOTH
+@pytest.mark.benchmark(group="kernel: nearest descriptors of a pair")
+def test_rows(benchmark: Any, views: list[View], variant: str) -> None:
+    own, other = (view.features.descriptors for view in views)
+    distances, _ = timed(
+        benchmark, variant, lambda: propagate.nearest_rows(own, other),
+        lambda: plain_propagate.nearest_rows(own, other),
+    )  # fmt: skip
+    assert len(distances) == len(own)
+
+
+@BOTH
+@pytest.mark.benchmark(group="kernel: consensus of 20 times 60 matches, 200 samples")
+def test_consensus(benchmark: Any, variant: str) -> None:
+    rng, every = np.random.default_rng(0), np.arange(MATCHES)
+    source, motion = rng.uniform(-50, 50, (MATCHES, 3)), se3.random(rng, shift=50)
+    target = se3.apply(motion, source)
+    wrong = rng.random(MATCHES) > RIGHT
+    target[wrong] += rng.uniform(-30, 30, (int(wrong.sum()), 3))
+    draws = triples([MATCHES] * TIMES, SAMPLES, rng)
+    matches, ends = np.tile(np.stack([every, every], axis=1), (TIMES, 1)), np.arange(TIMES + 1)
+    found = timed(
+        benchmark, variant,
+        lambda: propagate.consensus(source, target, matches, ends * MATCHES, draws, 2.0)[0],
+        lambda: [plain_consensus(source, target, draw) for draw in draws],
+    )  # fmt: skip
+    assert np.allclose(found, motion)
+
+
+def plain_consensus(source: Array, target: Array, draw: Indices) -> Array:
+    """The reference's motion (4, 4)."""
+    found = plain_propagate.consensus(source, target, draw, 2.0)
+    assert found is not None
+    return found[0]
 
 
 @BOTH
