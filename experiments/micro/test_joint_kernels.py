@@ -1,0 +1,75 @@
+"""Speed of the joint refinement's kernels, each beside its reference in plain NumPy."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from test_kernels import BOTH, FEW, timed
+
+from mvreg.kernels import joint
+from mvreg.kernels.reference import joint as plain
+from mvreg.stages.joint_surface import Surface, surfaces
+from mvreg.types import Array, Scan, View
+
+#: Of the samples, every so many; raw points of a patch, and what keeps its equations solvable.
+STRIDE, COUNT, RIDGE = 4, 30, 1e-6
+#: Of the normal equations.
+RESIDUALS, WIDTH, CUT = 20_000, 0.1, 3.0
+
+
+@pytest.fixture(scope="module")
+def pair(views: list[View]) -> list[Surface]:
+    """The patches of both scans."""
+    return surfaces(views)
+
+
+def plainly(surface: Surface) -> plain.Patches:
+    """A surface as the reference asks for it."""
+    return plain.Patches(
+        surface.points, surface.axes, surface.slopes, surface.bends, surface.normals,
+        surface.reach, surface.whole,
+    )  # fmt: skip
+
+
+@BOTH
+@pytest.mark.benchmark(group="kernel: contacts of a pair, one sample in 4")
+def test_contacts(
+    benchmark: Any, pair: list[Surface], views: list[View], truth: Array, variant: str
+) -> None:
+    source, target = pair
+    reach, plain_source, plain_target = 3 * views[0].resolution, plainly(source), plainly(target)
+    samples, _ = timed(
+        benchmark, variant, lambda: joint.contacts(
+            source.patches, target.patches, truth, reach, STRIDE, False, 0.7, True
+        ),
+        lambda: plain.contacts(
+            plain_source, plain_target, truth, reach, STRIDE, False, 0.7, True
+        ),
+    )  # fmt: skip
+    assert len(samples) > 20
+
+
+@BOTH
+@pytest.mark.benchmark(group="kernel: fit 20 patches")
+def test_fit(benchmark: Any, scan: Scan, pair: list[Surface], variant: str) -> None:
+    surface, tree = pair[0], scan.tree
+    some = surface.points[:FEW], surface.axes[:FEW], COUNT, RIDGE
+    found = timed(
+        benchmark, variant, lambda: joint.fit(tree, *some), lambda: plain.fit(scan.points, *some)
+    )
+    assert np.isfinite(found[1]).all()
+
+
+@BOTH
+@pytest.mark.benchmark(group="kernel: normal equations of 20,000 residuals")
+def test_equations(benchmark: Any, variant: str) -> None:
+    rng = np.random.default_rng(0)
+    given = (rng.normal(size=(RESIDUALS, 6)), 0.1 * rng.normal(size=RESIDUALS),
+             np.ones(RESIDUALS), WIDTH, CUT)  # fmt: skip
+    matrix, _ = timed(
+        benchmark, variant, lambda: joint.normal_equations(*given),
+        lambda: plain.normal_equations(*given),
+    )  # fmt: skip
+    assert np.linalg.eigvalsh(matrix).min() > 0
