@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mvreg import se3
-from mvreg.surfaces import REACH, asked, neighbours, touch
+from mvreg.parallel import in_threads
+from mvreg.surfaces import REACH, asked, build_trees, neighbours, touch
 from mvreg.types import Array, View
 
 
@@ -54,12 +55,15 @@ def contacts(poses: Mapping[str, Array], views: Sequence[View]) -> list[Contact]
     reach = REACH * max((coarse(view) for view in placed), default=0.0)
     if len(placed) < 2 or not reach > 0:
         return []
-    found = []
-    for i, j in neighbours(placed, poses, reach):
-        source, target = placed[i], placed[j]
-        transform = se3.invert(poses[target.name]) @ poses[source.name]
-        found.append(_contact(source, target, transform))
-    return [contact for contact in found if contact.met.any()]
+    pairs = neighbours(placed, poses, reach)
+    inverse = [se3.invert(poses[view.name]) for view in placed]
+    build_trees(placed)
+
+    def contact(pair: tuple[int, int]) -> Contact:
+        source, target = (placed[k] for k in pair)
+        return _contact(source, target, inverse[pair[1]] @ poses[source.name])
+
+    return [found for found in in_threads(contact, pairs) if found.met.any()]
 
 
 def coarse(view: View) -> float:

@@ -124,10 +124,10 @@ def weigh(meetings: Sequence[Meeting]) -> Evidence:
     """
     sides = in_threads(lambda meeting: meeting.sides, meetings)
     both = [side for pair in sides for side in pair]
-    points = sum(int(side.met.sum()) for side in both)
+    points = sum(side.count for side in both)
     near = sum(side.near for side in both)
-    squared = sum(float((side.heights**2).sum()) / (side.floor**2 or 1.0) for side in both)
-    noise = sum(side.floor**2 * int(side.met.sum()) for side in both)
+    squared = sum(side.squared / (side.floor**2 or 1.0) for side in both)
+    noise = sum(side.floor**2 * side.count for side in both)
     violation, sensor = free_space(both)
     stability, pull = firmness(meetings, sides)
     return Evidence(

@@ -8,8 +8,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from mvreg import se3
-from mvreg.nearest import within
+from mvreg.kernels import evidence
 from mvreg.sensor import RangeImage, Sensor
 from mvreg.surfaces import LEAST_COSINE
 from mvreg.types import Array, Indices, View
@@ -49,6 +48,8 @@ class Witness:
     floor : float
         Root mean square distance of the scan's own other points to the planes of the view: noise,
         and what the surface curves between points (length).
+    centre, radius
+        Of a ball around the points: (3,) array and length.
     """
 
     points: Array
@@ -57,6 +58,8 @@ class Witness:
     known: bool
     reach: float
     floor: float
+    centre: Array
+    radius: float
 
 
 _witnesses: WeakKeyDictionary[View, Witness] = WeakKeyDictionary()
@@ -74,10 +77,21 @@ def _prepare(view: View) -> Witness:
     reach = REACH * max(view.scale.resolution, view.resolution)
     known = view.scan is not None and view.scan.knows_sensor
     asked = _surface_points(view)
+    points = view.points[asked]
+    centre = points.mean(axis=0) if len(points) else np.zeros(3)
+    radius = float(np.sqrt(((points - centre) ** 2).sum(axis=1).max(initial=0.0)))
+    image = RangeImage.of(view, Sensor.estimated)
+    if image is not None:
+        image.rays(_ray_reach(view))  # sorted now, not when threads ask for it
     return Witness(
-        view.points[asked], view.normals[asked], RangeImage.of(view, Sensor.estimated),
-        known, reach, max(_noise_floor(view, reach), LEAST_FLOOR * view.scale.resolution),
+        points, view.normals[asked], image, known, reach,
+        max(_noise_floor(view, reach), LEAST_FLOOR * view.scale.resolution), centre, radius,
     )  # fmt: skip
+
+
+def _ray_reach(view: View) -> float:
+    """How near a ray must be to answer for a point (length)."""
+    return RAY_REACH * max(view.scale.resolution, view.resolution)
 
 
 def _surface_points(view: View) -> Indices:
@@ -114,16 +128,27 @@ def _noise_floor(view: View, reach: float) -> float:
 class Side:
     """What the points of one view show on the surface of another.
 
+    With p about `centre`, the points' own unit normals n and the other's planes' m in the frame of
+    their view, and h the signed distances of those met to these planes:
+
     Parameters
     ----------
     met : (P,) array of bool
         Which of the points lie on the surface, normals agreeing.
+    count : int
+        How many they are.
     near : int
         How many are that near, whatever their normals.
-    heights : (M,) array
-        Signed distances of those met to the other's planes (resolutions).
-    spots, own, planes : (M, 3) arrays
-        Where they meet, their own normals and the other's there, in the frame of their view.
+    squared : float
+        Sum of ``h^2`` (resolutions^2).
+    centre, first : (3,) arrays
+        Near the points, in the frame of their view; the sum of p (length).
+    second : float
+        Sum of ``p^2`` (length^2).
+    mixed, plain : (6, 6) arrays
+        Sums of the products of ``[p x n, n]`` and ``[p x m, m]``, and of the latter and itself.
+    pushed : (6,) array
+        Sum of ``h [p x m, m]``, h in resolutions.
     consistent, front : int
         Points that lie on what the other's sensor saw, and those in front of it, in what it saw to
         be free.
@@ -134,11 +159,15 @@ class Side:
     """
 
     met: Flags
+    count: int
     near: int
-    heights: Array
-    spots: Array
-    own: Array
-    planes: Array
+    squared: float
+    centre: Array
+    first: Array
+    second: float
+    mixed: Array
+    plain: Array
+    pushed: Array
     consistent: int
     front: int
     told: bool
@@ -147,39 +176,20 @@ class Side:
 
 
 def look(moving: View, still: View, T_still_moving: Array) -> Side:
-    """What the points of `moving` show on the surface of `still`; spots are in `moving`'s frame."""
+    """What the points of `moving` show on the surface of `still`."""
     here, there = witness(moving), witness(still)
-    points = se3.apply(T_still_moving, here.points)
-    near, partners, _ = within(still.tree, points, there.reach)
-    turned = here.normals[near] @ T_still_moving[:3, :3].T
-    planes = still.normals[partners]
-    cosines = (turned * planes).sum(axis=1)
-    if not (moving.features.oriented and still.features.oriented):
-        planes = np.where(cosines[:, None] < 0, -planes, planes)
-        cosines = np.abs(cosines)
-    agree = cosines > LEAST_COSINE
-    chosen, planes = near[agree], planes[agree]
+    reach = _ray_reach(still)
+    met, near, consistent, front, sums = evidence.look(
+        still.tree, still.normals, here.points, here.normals, here.centre, here.radius,
+        T_still_moving, there.reach, LEAST_COSINE,
+        moving.features.oriented and still.features.oriented,
+        there.image.rays(reach) if there.image else None, RAYS, TOLERANCE * reach / RAY_REACH,
+    )  # fmt: skip
     unit = moving.scale.resolution or 1.0
-    heights = ((points[chosen] - still.points[partners[agree]]) * planes).sum(axis=1) / unit
     floor = np.sqrt((here.floor**2 + there.floor**2) / 2) / unit
-    met = np.zeros(len(points), dtype=bool)
-    met[chosen] = True
-    consistent, front = _seen(there.image, points, still)
     return Side(
-        met, len(near), heights,
-        here.points[chosen], here.normals[chosen], planes @ T_still_moving[:3, :3],
-        consistent, front,
+        met, int(met.sum()), near, float(sums[0]) / unit**2, here.centre,
+        sums[1:4], float(sums[4]), sums[5:41].reshape(6, 6), sums[41:77].reshape(6, 6),
+        sums[77:] / unit, consistent, front,
         there.image is not None, there.known, float(floor),
     )  # fmt: skip
-
-
-def _seen(image: RangeImage | None, points: Array, still: View) -> tuple[int, int]:
-    """How many points lie on what a sensor saw, and how many in front of it."""
-    if image is None or not len(points):
-        return 0, 0
-    resolution = max(still.scale.resolution, still.resolution)
-    height, low, high = image.nearby(points, RAY_REACH * resolution, RAYS)
-    front = height > high + TOLERANCE * resolution
-    behind = height < low - TOLERANCE * resolution
-    consistent = ~np.isnan(low) & ~front & ~behind
-    return int(consistent.sum()), int(front.sum())

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, field
+from threading import Lock
 
 import numpy as np
 
@@ -34,18 +34,25 @@ class Meeting:
     target: View
     T_target_source: Array
     T_common_source: Array | None = None
+    _sides: list[tuple[Side, Side]] = field(default_factory=list, init=False, repr=False)
+    _looking: Lock = field(default_factory=Lock, init=False, repr=False)
 
-    @cached_property
+    @property
     def sides(self) -> tuple[Side, Side]:
         """What the source's points show on the target, and the target's on the source.
 
-        Looked at once, however often the meeting is weighed.
+        Looked at once, however often the meeting is weighed, and by however many threads.
         """
-        back = se3.invert(self.T_target_source)
-        return (
-            look(self.source, self.target, self.T_target_source),
-            look(self.target, self.source, back),
-        )
+        with self._looking:
+            if not self._sides:
+                back = se3.invert(self.T_target_source)
+                self._sides.append(
+                    (
+                        look(self.source, self.target, self.T_target_source),
+                        look(self.target, self.source, back),
+                    )
+                )
+        return self._sides[0]
 
 
 def free_space(sides: Sequence[Side]) -> tuple[float | None, str]:
@@ -82,46 +89,73 @@ def firmness(
         See `best_step` (resolutions). Where there is no frame for all, both are those of the scan
         that is held most firmly.
     """
-    groups: dict[int, list[tuple[Array, Array, Array, Array]]] = {}
+    groups: dict[int, list[tuple[Side, Array, float]]] = {}
     for (group, frame), meeting, (ahead, back) in zip(
         _frames(meetings), meetings, sides, strict=True
     ):
         home = frame @ se3.invert(meeting.T_target_source)  # `back` is in the target's frame
-        for side, transform, sign in ((ahead, frame, 1.0), (back, home, -1.0)):
-            turn, spots = transform[:3, :3].T, se3.apply(transform, side.spots)
-            met = (spots, side.own @ turn, side.planes @ turn, sign * side.heights)
-            groups.setdefault(group, []).append(met)
-    found = [_firmness(*map(np.concatenate, zip(*g, strict=True))) for g in groups.values()]
+        both = (ahead, frame, 1.0), (back, home, -1.0)
+        groups.setdefault(group, []).extend(one for one in both if one[0].count)
+    found = [_firmness(*zip(*one, strict=True)) for one in groups.values() if one]
     return max(found, default=(0.0, 0.0))
 
 
-def _firmness(points: Array, first: Array, second: Array, heights: Array) -> tuple[float, float]:
-    """Stability and pull, for points (N, 3), two estimates of the unit normals, and heights."""
-    if not len(points):
-        return 0.0, 0.0
-    points = points - points.mean(axis=0)
-    radius = np.sqrt((points**2).sum(axis=1).mean()) or 1.0
-    one, two = (np.hstack([np.cross(points / radius, n), n]) for n in (first, second))
-    return smallest_eigenvalue(one, two), best_step(two, heights)
+def _firmness(
+    sides: Sequence[Side], frames: Sequence[Array], signs: Sequence[float]
+) -> tuple[float, float]:
+    """Stability and pull of what is met, given ``T_common_side`` and the signs of the heights.
+
+    Their sums are about centres of their own. ``A = [[R, [e]x R], [0, R]]`` turns the coordinates
+    ``[p x n, n]`` about such a centre into those about the middle of all, e away from it.
+    """
+    motions = np.stack(frames)
+    turns = motions[:, :3, :3]
+    counts = np.array([side.count for side in sides], dtype=float)
+    first = np.stack([side.first for side in sides])
+    centres = np.stack([side.centre for side in sides])
+    centres = (turns @ centres[..., None])[..., 0] + motions[:, :3, 3]
+    first = (turns @ first[..., None])[..., 0]
+    middle = (first + counts[:, None] * (centres - centres[0])).sum(axis=0) / counts.sum()
+    away = centres - centres[0] - middle
+    second = np.array([side.second for side in sides]) + (
+        away * (2 * first + counts[:, None] * away)
+    ).sum(axis=1)
+    radius = np.sqrt(max(second.sum(), 0.0) / counts.sum()) or 1.0
+    about = np.zeros((len(sides), 6, 6))
+    about[:, :3, :3] = turns / radius
+    about[:, :3, 3:] = se3.skew(away / radius) @ turns
+    about[:, 3:, 3:] = turns
+    back = np.swapaxes(about, 1, 2)
+    mixed, plain = (
+        (about @ np.stack(each) @ back).sum(axis=0)
+        for each in ([side.mixed for side in sides], [side.plain for side in sides])
+    )
+    pushed = np.stack([sign * side.pushed for side, sign in zip(sides, signs, strict=True)])
+    right = (about @ pushed[..., None])[..., 0].sum(axis=0)
+    return smallest_eigenvalue(mixed / counts.sum()), best_step(plain, right)
 
 
-def smallest_eigenvalue(first: Array, second: Array) -> float:
+def smallest_eigenvalue(product: Array) -> float:
     """Of the mean of ``J^T J``, as `mvreg.stages.judge.stability`; 0 where something slides.
 
-    But one J (N, 6) is from the normals of either scan: their noise, which is independent, then
-    adds nothing. A sphere would look firm else, for its noisy normals.
+    But the mean product (6, 6) is of two J from the normals of either scan: their noise, which is
+    independent, then adds nothing. A sphere would look firm else, for its noisy normals.
     """
-    product = first.T @ second / len(first)
     return max(float(np.linalg.eigvalsh((product + product.T) / 2)[0]), 0.0)
 
 
-def best_step(jacobian: Array, heights: Array) -> float:
-    """The length of the damped step (Gauss and Newton's) that closes the heights (N,) best."""
-    normal = jacobian.T @ jacobian
+def best_step(normal: Array, right: Array) -> float:
+    """The length of the damped step (Gauss and Newton's) that closes the heights h best.
+
+    Parameters
+    ----------
+    normal, right : (6, 6) and (6,) arrays
+        ``J^T J`` and ``J^T h``.
+    """
     damping = DAMPING * np.trace(normal) / 6
     if not damping > 0:
         return 0.0
-    step = np.linalg.solve(normal + damping * np.eye(6), jacobian.T @ heights)
+    step = np.linalg.solve(normal + damping * np.eye(6), right)
     return float(np.linalg.norm(step))
 
 

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
-from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mvreg.nearest import build_tree, neighbours_of
+from mvreg.kernels.evidence import Rays
 from mvreg.sensor_estimate import estimated_direction as estimated_direction
 from mvreg.types import Array, Model, View
-
-if TYPE_CHECKING:
-    from mvreg.kernels.tree import Tree
 
 
 class Sensor(Enum):
@@ -26,18 +21,6 @@ class Sensor(Enum):
 
     known = "known"
     estimated = "estimated"
-
-
-@dataclass(frozen=True, eq=False)
-class Rays:
-    """Points as a sensor sees them.
-
-    `across` (N, 3) tells rays apart: points on one ray share it, and distances between rays are
-    lengths at the scan's own mean distance; `height` (N,) grows towards the sensor.
-    """
-
-    across: Array
-    height: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +43,7 @@ class RangeImage:
     points: Array
     direction: Array | None
     origin: Array | None
+    _rays: dict[float, Rays] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
     def of(cls, view: View, sensor: Sensor) -> RangeImage | None:
@@ -80,23 +64,6 @@ class RangeImage:
         direction = estimated_direction(view)
         return None if direction is None else cls(points, direction, None)
 
-    @cached_property
-    def distance(self) -> float:
-        """Mean distance of the points from the origin of the rays."""
-        assert self.origin is not None
-        return float(np.linalg.norm(self.points - self.origin, axis=1).mean())
-
-    def rays(self, points: Array) -> Rays:
-        """Look at `points` (M, 3), in the scan's frame."""
-        if self.direction is not None:
-            height = points @ self.direction
-            return Rays(points - height[:, None] * self.direction, height)
-        assert self.origin is not None
-        away = points - self.origin
-        length = np.linalg.norm(away, axis=1)
-        unit = away / np.maximum(length, np.finfo(float).tiny)[:, None]
-        return Rays(self.distance * unit, -length)
-
     def towards(self, points: Array) -> Array:
         """Unit vectors (M, 3) from points in the scan's frame towards the sensor."""
         if self.direction is not None:
@@ -107,15 +74,11 @@ class RangeImage:
         unit: Array = away / np.maximum(length, np.finfo(float).tiny)
         return unit
 
-    @cached_property
-    def seen(self) -> Rays:
-        """The scan's own rays."""
-        return self.rays(self.points)
-
-    @cached_property
-    def tree(self) -> Tree:
-        """k-d tree over the scan's own rays."""
-        return build_tree(self.seen.across)
+    def rays(self, reach: float) -> Rays:
+        """The scan's own rays, to be asked for those within `reach` (length); kept."""
+        if reach not in self._rays:
+            self._rays[reach] = Rays(self.points, self.direction, self.origin, reach)
+        return self._rays[reach]
 
     def nearby(self, points: Array, reach: float, count: int) -> tuple[Array, Array, Array]:
         """Heights of points, and of the scan's surface about their rays.
@@ -127,20 +90,11 @@ class RangeImage:
         reach : float
             How far from a point's ray the scan's rays are asked (length).
         count : int
-            How many of them, the nearest ones, at most.
+            How many of them, the nearest ones, at most; 64 at most.
 
         Returns
         -------
         height, low, high : (M,) arrays
             `low` and `high` are NaN where the scan has no ray that near.
         """
-        looked = self.rays(points)
-        count = min(count, len(self.points))
-        distances, indices = neighbours_of(self.tree, looked.across, count, reach)
-        found = np.isfinite(distances)
-        heights = np.append(self.seen.height, 0.0)[indices]
-        missed = ~found.any(axis=1)
-        low = np.where(found, heights, np.inf).min(axis=1)
-        high = np.where(found, heights, -np.inf).max(axis=1)
-        low[missed] = high[missed] = np.nan
-        return looked.height, low, high
+        return self.rays(reach).nearby(points, count)

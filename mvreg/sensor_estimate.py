@@ -17,6 +17,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from mvreg.kernels import evidence
 from mvreg.nearest import build_tree, neighbours_of
 from mvreg.types import Array, View
 
@@ -74,7 +75,7 @@ def _estimate(view: View) -> Array | None:
     step = -(-len(points) // HIDING_POINTS)
     few = offsets[::step]
     cell = CELL * view.resolution * np.sqrt(step)
-    hidden = np.array([hidden_share(few, direction, cell, landmark) for direction in fan])
+    hidden = evidence.hidden(few, fan, landmark, cell, DEPTH * cell)
     if hidden.min() > MOST_HIDDEN:
         return None
     angles = np.rad2deg(np.arccos(np.clip(fan @ axis, -1, 1)))
@@ -158,16 +159,7 @@ def _most_facing(density: Array, normals: Array, offsets: Array, landmark: Array
 
 def hidden_share(points: Array, direction: Array, cell: float, landmark: Array) -> float:
     """Share of the points (N, 3) that others hide from a sensor far away in a direction (3,)."""
-    picture = np.floor(points @ across(direction, landmark) / cell).astype(np.int64)
-    picture -= picture.min(axis=0)
-    keys = picture[:, 0] * (picture[:, 1].max() + 1) + picture[:, 1]
-    heights = points @ direction
-    order = np.lexsort((heights, keys))
-    keys, heights = keys[order], heights[order]
-    first = np.flatnonzero(np.diff(keys, prepend=-1))
-    tops = np.maximum.reduceat(heights, first)
-    tops = np.repeat(tops, np.diff(first, append=len(keys)))
-    return float((tops - heights > DEPTH * cell).mean())
+    return float(evidence.hidden(points, direction[None], landmark, cell, DEPTH * cell)[0])
 
 
 def side(points: Array, normals: Array, direction: Array) -> float:

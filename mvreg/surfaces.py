@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mvreg import se3
-from mvreg.nearest import within
+from mvreg.kernels import evidence
+from mvreg.parallel import in_threads
 from mvreg.types import Array, Indices, View
 
 #: Neighbours further apart than this are no overlap (resolutions).
@@ -99,12 +100,21 @@ def _heights(poses: Mapping[str, Array], views: Sequence[View]) -> list[Array]:
     if len(placed) < 2 or not resolution > 0:
         return []
     reach = REACH * resolution
-    found = []
-    for i, j in neighbours(placed, poses, reach):
-        source, target = placed[i], placed[j]
-        transform = se3.invert(poses[target.name]) @ poses[source.name]
-        found.append(touch(source, target, transform, reach)[1])
-    return [heights for heights in found if len(heights)]
+    pairs = neighbours(placed, poses, reach)
+    inverse = [se3.invert(poses[view.name]) for view in placed]
+    build_trees(placed)
+
+    def heights(pair: tuple[int, int]) -> Array:
+        source, target = (placed[k] for k in pair)
+        return touch(source, target, inverse[pair[1]] @ poses[source.name], reach)[1]
+
+    return [found for found in in_threads(heights, pairs) if len(found)]
+
+
+def build_trees(views: Sequence[View]) -> None:
+    """Build the trees of all views, before threads ask for them one by one."""
+    for view in views:
+        _ = view.tree
 
 
 def neighbours(
@@ -126,7 +136,8 @@ def neighbours(
     list of (int, int)
         Positions in `views`.
     """
-    pairs = near_boxes([se3.apply(poses[view.name], view.points) for view in views], reach)
+    boxes = [evidence.box(view.points, poses[view.name]) for view in views]
+    pairs = _meeting([low for low, _ in boxes], [high for _, high in boxes], reach)
     return sorted([*pairs, *((j, i) for i, j in pairs)])
 
 
@@ -136,8 +147,15 @@ def near_boxes(clouds: Sequence[Array], reach: float) -> list[tuple[int, int]]:
     A sweep along the first axis; the other two are asked only of those that meet on it, so that
     the time goes with the number of pairs that do.
     """
-    low = np.stack([cloud.min(axis=0) for cloud in clouds]) - reach / 2
-    high = np.stack([cloud.max(axis=0) for cloud in clouds]) + reach / 2
+    low, high = ([end(cloud, axis=0) for cloud in clouds] for end in (np.min, np.max))
+    return _meeting(low, high, reach)
+
+
+def _meeting(
+    lowest: Sequence[Array], highest: Sequence[Array], reach: float
+) -> list[tuple[int, int]]:
+    """Pairs i < j of boxes that come within `reach` of each other."""
+    low, high = np.stack(lowest) - reach / 2, np.stack(highest) + reach / 2
     order = np.argsort(low[:, 0], kind="stable")
     ends = np.searchsorted(low[order, 0], high[order, 0], side="right")
     found = []
@@ -166,11 +184,8 @@ def touch(
     heights : (M,) array
         Their distances from the tangent planes there (length).
     """
-    points = se3.apply(T_target_source, source.points[asked(source)])
-    normals = source.normals[asked(source)] @ T_target_source[:3, :3].T
-    which, partners, _ = within(target.tree, points, reach)
-    planes = target.normals[partners]
-    agree = np.abs(np.einsum("ij,ij->i", normals[which], planes)) > LEAST_COSINE
-    which, partners, planes = which[agree], partners[agree], planes[agree]
-    heights = np.einsum("ij,ij->i", points[which] - target.points[partners], planes)
-    return which, np.abs(heights)
+    chosen = asked(source)
+    return evidence.touch(
+        target.tree, target.normals, source.points[chosen], source.normals[chosen],
+        T_target_source, reach, LEAST_COSINE,
+    )  # fmt: skip

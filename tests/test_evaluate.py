@@ -191,10 +191,10 @@ def test_far_pairs_cost_no_query(monkeypatch):
     calls = []
     monkeypatch.setattr(
         surfaces,
-        "nearest",
-        lambda tree, queries, bound: (
-            calls.append(bound),
-            (np.full(len(queries), np.inf), np.full(len(queries), tree.n)),
+        "touch",
+        lambda source, target, transform, reach: (
+            calls.append(reach),
+            (np.empty(0, dtype=np.intp), np.empty(0)),
         )[1],
     )
     assert consistency({view.name: np.eye(4) for view in views}, views) is None

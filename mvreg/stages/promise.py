@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -58,21 +58,40 @@ def described(views: Sequence[View], radii: Sequence[float]) -> list[Array]:
 
 def _votes(descriptors: Sequence[Array], neighbours: int) -> Array:
     """(N, N) votes of the row's view for the column's; a view's own add up to 1 at most."""
-    from scipy.spatial import cKDTree
-
     count = len(descriptors)
     votes = np.zeros((count, count))
     owners: Indices = np.repeat(np.arange(count), [len(own) for own in descriptors])
     if not len(owners):
         return votes
-    tree = cKDTree(np.concatenate(descriptors))
-    most = min(len(owners), 4 * neighbours + SPARE)
-    for view, own in enumerate(descriptors):
-        if not len(own):
-            continue
-        _, found = tree.query(own, k=np.arange(1, most + 1), workers=WORKERS)
-        voted = owners[found]
-        foreign = voted != view
+    ask = _neighbours_of(np.concatenate(descriptors))
+    waiting = np.arange(len(owners))
+    # Few have to look far: most of the nearest are of other views.
+    for most in (3 * neighbours + 1, 4 * neighbours + SPARE):
+        voted = owners[ask(waiting, min(most, len(owners)))]
+        foreign = voted != owners[waiting, None]
         counted = foreign & (np.cumsum(foreign, axis=1) <= neighbours)
-        votes[view] = np.bincount(voted[counted], minlength=count) / (neighbours * len(own))
-    return votes
+        full = (counted.sum(axis=1) == neighbours) | (most > 3 * neighbours + 1)
+        rows, columns = np.nonzero(counted & full[:, None])
+        np.add.at(votes, (owners[waiting[rows]], voted[rows, columns]), 1.0)
+        waiting = waiting[~full]
+    sizes = np.maximum([len(own) for own in descriptors], 1)
+    shares: Array = votes / (neighbours * sizes[:, None])
+    return shares
+
+
+def _neighbours_of(descriptors: Array) -> Callable[[Indices, int], Indices]:
+    """The nearest of some descriptors (M, D), by their positions: (Q,), k -> (Q, k).
+
+    The tree is over their principal components, which keep all distances: it is twice as fast.
+    """
+    from scipy.spatial import cKDTree
+
+    centred = descriptors - descriptors.mean(axis=0)
+    turned = centred @ np.linalg.eigh(centred.T @ centred)[1][:, ::-1]
+    tree = cKDTree(turned, leafsize=30)
+
+    def ask(which: Indices, count: int) -> Indices:
+        found: Indices = tree.query(turned[which], k=np.arange(1, count + 1), workers=WORKERS)[1]
+        return found
+
+    return ask
