@@ -109,6 +109,25 @@ def test_normal_equations(rng, count, width):
 
 
 @quick
+@given(rngs, st.integers(0, 200), st.sampled_from([1e-3, 1.0, 1e9]), st.sampled_from([0.1, 9.0]))
+def test_cell_sums(rng, count, width, edge):
+    values = (rng.normal(size=(count, 6)), rng.normal(size=count), rng.random(count))
+    points = rng.uniform(-1, 1, size=(count, 3))
+    grid = (np.full(3, -1.0), edge, np.full(3, int(2 / edge) + 1))
+    found = joint.cell_sums(*values, points, width, 3.0, *grid)
+    expected = plain.cell_sums(*values, points, width, 3.0, *grid)
+    np.testing.assert_array_equal(found[0], expected[0])
+    np.testing.assert_allclose(found[1], expected[1], rtol=1e-12, atol=1e-12)
+
+
+@quick
+@given(rngs, st.integers(1, 50))
+def test_box(rng, count):
+    points, motion = rng.normal(size=(count, 3)), near(rng)
+    np.testing.assert_allclose(joint.box(points, motion), plain.box(points, motion), atol=1e-14)
+
+
+@quick
 @given(rngs, st.integers(0, 50))
 def test_farthest(rng, count):
     points, before = rng.normal(size=(count, 3)), near(rng)
@@ -157,6 +176,11 @@ def test_wrong_sizes_are_refused(rng):
         joint.contacts(one, one, np.eye(4), 1.0, 0, True, 0.7, True)
     with pytest.raises(ValueError, match=r"\(M, 6\)"):
         joint.normal_equations(np.zeros((4, 6)), np.zeros(3), np.zeros(4), 1.0, 3.0)
+    sums = (np.zeros((4, 6)), np.zeros(4), np.zeros(4))
+    with pytest.raises(ValueError, match=r"\(M, 6\)"):
+        joint.cell_sums(*sums, np.zeros((3, 3)), 1.0, 3.0, np.zeros(3), 1.0, np.ones(3))
+    with pytest.raises(ValueError, match="at least one point"):
+        joint.box(np.zeros((0, 3)), np.eye(4))
     with pytest.raises(ValueError, match="1 to 128 neighbours"):
         joint.fit(Tree(np.zeros((5, 3))), np.zeros((2, 3)), np.zeros((2, 3, 3)), 129, 0.0)
     with pytest.raises(ValueError, match="axes for each of 2"):

@@ -44,6 +44,18 @@ def rows(
 def normal_equations(
     jacobian: Array, residuals: Array, weights: Array, width: float, cut: float
 ) -> tuple[Array, Array]: ...
+def cell_sums(
+    jacobian: Array,
+    residuals: Array,
+    weights: Array,
+    points: Array,
+    width: float,
+    cut: float,
+    low: Array,
+    edge: float,
+    across: Indices,
+) -> tuple[Indices, Array]: ...
+def box(points: Array, transform: Array) -> Array: ...
 def farthest(points: Array, before: Array, after: Array) -> float: ...
 def fit(
     tree: Tree, samples: Array, axes: Array, count: int, ridge: float

@@ -3,9 +3,10 @@
 # distutils: language = c++
 """Curved patches on surfaces: fitted to points, asked for distances, and summed up to equations."""
 
-from libc.math cimport INFINITY, fabs, fmax, sqrt
+from libc.math cimport fabs, floor, fmin, sqrt
+from libc.stdint cimport int64_t
 from libc.string cimport memcpy
-from libcpp.algorithm cimport nth_element
+from libcpp.algorithm cimport nth_element, sort
 from libcpp.utility cimport pair
 from libcpp.vector cimport vector
 
@@ -167,38 +168,44 @@ def contacts(
     """
     cdef Motion motion
     cdef double x[3]
-    cdef double normal[3]
-    cdef double turned[3]
-    cdef double squared, aside, cosine, most = reach * reach if reach < 1e150 else 1e300
+    cdef double squared, most = fmin(reach, 1e150) * fmin(reach, 1e150)
     cdef vector[Py_ssize_t] samples, patches
     cdef Py_ssize_t k, found
     cdef const Patch* here
-    cdef const Patch* there
-    of_array(transform, motion)
     if stride < 1:
         raise ValueError(f"expected a stride of 1 or more, got {stride}")
+    of_array(transform, motion)
     with nogil:
         for k in range((source.size + stride - 1) // stride):
             here = &source.patch[stride * k]
-            if not here.whole:
-                continue
-            move(motion, here.point, x)
-            squared = most
-            found = target.tree.find(x, &squared)
-            if found < 0:
-                continue
-            there = &target.patch[found]
-            if not there.whole:
-                continue
-            height(there, x, flat, normal, &aside)
-            if not flat and aside > there.reach * there.reach:
-                continue
-            turn(motion, here.normal, turned)
-            cosine = turned[0] * normal[0] + turned[1] * normal[1] + turned[2] * normal[2]
-            if (cosine if oriented else fabs(cosine)) > least_cosine:
-                samples.push_back(stride * k)
-                patches.push_back(found)
+            if here.whole:
+                move(motion, here.point, x)
+                squared = most
+                found = target.tree.find(x, &squared)
+                if found >= 0 and agree(
+                    here, &target.patch[found], x, motion, flat, least_cosine, oriented
+                ):
+                    samples.push_back(stride * k)
+                    patches.push_back(found)
     return of_vector(samples), of_vector(patches)
+
+
+cdef inline bint agree(
+    const Patch* here, const Patch* there, const double* x, const double* motion, bint flat,
+    double least_cosine, bint oriented
+) noexcept nogil:
+    """Whether a sample, moved to x, lies on the patch that is nearest."""
+    cdef double normal[3]
+    cdef double turned[3]
+    cdef double aside, cosine
+    if not there.whole:
+        return False
+    height(there, x, flat, normal, &aside)
+    if not flat and aside > there.reach * there.reach:
+        return False
+    turn(motion, here.normal, turned)
+    cosine = turned[0] * normal[0] + turned[1] * normal[1] + turned[2] * normal[2]
+    return (cosine if oriented else fabs(cosine)) > least_cosine
 
 
 def rows(
@@ -305,18 +312,108 @@ def normal_equations(jacobian, residuals, weights, double width, double cut):
     return normal, gradient
 
 
+def cell_sums(jacobian, residuals, weights, points, double width, double cut, low, double edge,
+              across):
+    """The gradients ``J^T W r`` of the residuals in every cell of a grid, weighted as above.
+
+    Parameters
+    ----------
+    jacobian, residuals, weights, width, cut
+        As in `normal_equations`.
+    points : (M, 3) array
+        Where the residuals are.
+    low : (3,) array
+        Where the grid begins: no point is lower.
+    edge : float
+        Of its cells.
+    across : (3,) array
+        How many cells there are along x, y, z.
+
+    Returns
+    -------
+    cells : (C,) array
+        Numbers of the cells that have residuals, ascending.
+    sums : (C, 6) array
+    """
+    cdef const double[:, ::1] row = floats(jacobian), point = floats(points)
+    cdef const double[::1] residual = floats(residuals), weight = floats(weights)
+    cdef const double[::1] start = floats(low)
+    cdef const int64_t[::1] size = np.ascontiguousarray(across, dtype=np.int64)
+    cdef Py_ssize_t rows_ = row.shape[0], k, found = 0
+    cdef vector[pair[int64_t, Py_ssize_t]] order
+    cdef double square, share
+    cdef int64_t key
+    cdef int m
+    if not row.shape[1] == 6 or not rows_ == residual.shape[0] == weight.shape[0] == point.shape[0]:
+        raise ValueError(f"expected (M, 6), (M,), (M,), (M, 3), got {np.shape(jacobian)}, "
+                         f"{np.shape(residuals)}, {np.shape(weights)}, {np.shape(points)}")
+    with nogil:
+        order.resize(rows_)
+        for k in range(rows_):
+            key = 0
+            for m in range(3):
+                key = key * size[m] + <int64_t> floor((point[k, m] - start[m]) / edge)
+            order[k].first, order[k].second = key, k
+        sort(order.begin(), order.end())
+        for k in range(rows_):
+            if k == 0 or order[k].first != order[k - 1].first:
+                found += 1
+    cells, sums = np.empty(found, dtype=np.int64), np.zeros((found, 6))
+    cdef int64_t[::1] cell = cells
+    cdef double[:, ::1] sum_ = sums
+    cdef Py_ssize_t place = -1, one
+    with nogil:
+        for k in range(rows_):
+            one = order[k].second
+            if k == 0 or order[k].first != order[k - 1].first:
+                place += 1
+                cell[place] = order[k].first
+            square = (residual[one] / width) * (residual[one] / width)
+            if square < cut * cut:
+                share = weight[one] * residual[one] / ((1 + square) * (1 + square))
+                for m in range(6):
+                    sum_[place, m] += share * row[one, m]
+    return cells, sums
+
+
+def box(points, transform):
+    """The box of points (N, 3) once they are moved: two of its corners (2, 3); N is not zero."""
+    cdef const double[:, ::1] given = floats(points)
+    cdef Motion motion
+    cdef double x[3]
+    cdef Py_ssize_t k
+    cdef int m
+    if given.shape[0] == 0:
+        raise ValueError("expected at least one point")
+    of_array(transform, motion)
+    corners = np.empty((2, 3))
+    cdef double[:, ::1] corner = corners
+    with nogil:
+        move(motion, &given[0, 0], &corner[0, 0])
+        move(motion, &given[0, 0], &corner[1, 0])
+        for k in range(1, given.shape[0]):
+            move(motion, &given[k, 0], x)
+            for m in range(3):
+                if x[m] < corner[0, m]:
+                    corner[0, m] = x[m]
+                if x[m] > corner[1, m]:
+                    corner[1, m] = x[m]
+    return corners
+
+
 def farthest(points, before, after):
     """How far a motion goes from another for any of points (N, 3), at most; 0 for no points."""
     cdef const double[:, ::1] given = floats(points)
     cdef Motion change
     cdef double x[3]
-    cdef double most = 0
+    cdef double most = 0, squared
     cdef Py_ssize_t k
     of_array(np.asarray(after) - np.asarray(before), change)
     with nogil:
         for k in range(given.shape[0]):
             move(change, &given[k, 0], x)
-            most = fmax(most, x[0] * x[0] + x[1] * x[1] + x[2] * x[2])
+            squared = x[0] * x[0] + x[1] * x[1] + x[2] * x[2]
+            most = squared if squared > most else most
     return sqrt(most)
 
 
@@ -367,8 +464,9 @@ def fit(Tree tree, samples, axes, int count, double ridge):
     cdef double[::1] high = heights, wide = reach, off = lopsided
     cdef double[:, ::1] slope = slopes, bend = bends
     with nogil:
+        near.resize(tree.n + 1)
         for k in range(size):
-            fit_one(tree, &given[k, 0], &frame[k, 0, 0], count, ridge, &guess, near, six,
+            fit_one(tree, &given[k, 0], &frame[k, 0, 0], count, ridge, &guess, near.data(), six,
                     &wide[k], &off[k])
             high[k] = six[0]
             slope[k, 0], slope[k, 1] = six[1], six[2]
@@ -376,70 +474,75 @@ def fit(Tree tree, samples, axes, int count, double ridge):
     return heights, slopes, bends, reach, lopsided
 
 
-cdef void gather(
-    Tree tree, const double* x, double most, vector[Near]& found
-) noexcept nogil:
-    """All points nearer than `most` (squared), in no order."""
+cdef Py_ssize_t gather(Tree tree, const double* x, double most, Near* found) noexcept nogil:
+    """All points nearer than `most` (squared), in no order; how many. There is room for all."""
     cdef Py_ssize_t waiting[128]
-    cdef Py_ssize_t node, i, last
+    cdef Py_ssize_t node, i, last, size = 0
     cdef int held = 1
-    cdef Near one
-    found.clear()
     waiting[0] = 1
     while held:
         held -= 1
         node = waiting[held]
-        if not box_distance(&tree.boxes[6 * node], x) < most:
-            continue
-        if node < tree.leaves:
-            waiting[held], waiting[held + 1] = 2 * node + 1, 2 * node
-            held += 2
-            continue
-        i = (tree.n * (node - tree.leaves)) >> tree.depth
-        last = (tree.n * (node - tree.leaves + 1)) >> tree.depth
-        while i < last:
-            one.first, one.second = squared_gap(tree.entries[i].x, x), i
-            if one.first < most:
-                found.push_back(one)
-            i += 1
+        while node < tree.leaves:
+            node *= 2
+            if box_distance(&tree.boxes[6 * node], x) < most:
+                if box_distance(&tree.boxes[6 * node + 6], x) < most:
+                    waiting[held] = node + 1
+                    held += 1
+            else:
+                node += 1
+                if not box_distance(&tree.boxes[6 * node], x) < most:
+                    break
+        else:
+            i = (tree.n * (node - tree.leaves)) >> tree.depth
+            last = (tree.n * (node - tree.leaves + 1)) >> tree.depth
+            while i < last:
+                found[size].first = squared_gap(tree.entries[i].x, x)
+                found[size].second = i
+                size += found[size].first < most
+                i += 1
+    return size
 
 
-cdef void neighbours(
-    Tree tree, const double* x, size_t count, double* guess, vector[Near]& found
+cdef Py_ssize_t neighbours(
+    Tree tree, const double* x, Py_ssize_t count, double* guess, Near* found
 ) noexcept nogil:
-    """The nearest points, in no order; a good guess of how far they are (squared) saves time.
+    """The nearest points, in no order; how many. A good guess of how far they are saves time.
 
-    To gather all that is near, and to put what is too much aside, takes a third of the time that
-    it takes to keep neighbours sorted.
+    To gather all that is near, and to put aside what is too much, takes half the time that it takes
+    to keep neighbours sorted.
     """
-    cdef double most = fmax(guess[0], 1e-300), factor = 2
-    gather(tree, x, most, found)
-    while found.size() < count and <Py_ssize_t> found.size() < tree.n:
-        most *= factor
+    cdef double most = guess[0], factor = 2
+    cdef Py_ssize_t size = gather(tree, x, most, found)
+    while size < count and size < tree.n:
+        most = (most if most > 1e-300 else 1e-300) * factor
         factor *= factor
-        gather(tree, x, most, found)
-    if found.size() > count:
-        nth_element(found.begin(), found.begin() + (count - 1), found.end())
+        size = gather(tree, x, most, found)
+    if size > count:
+        nth_element(found, found + (count - 1), found + size)
         guess[0] = GUESS * found[count - 1].first
-        found.resize(count)
-    else:
-        guess[0] = most
+        return count
+    guess[0] = most
+    return size
 
 
 cdef void fit_one(
-    Tree tree, const double* x, const double* axes, size_t count, double ridge, double* guess,
-    vector[Near]& near, double* six, double* reach, double* lopsided
+    Tree tree, const double* x, const double* axes, Py_ssize_t count, double ridge, double* guess,
+    Near* near, double* six, double* reach, double* lopsided
 ) noexcept nogil:
     """The patch about one sample."""
     cdef double local[3 * MOST]
-    cdef double terms[6]
     cdef double normal[36]
     cdef double gap[3]
+    # Sums of a^p b^q, and of their products with the height.
+    cdef double a, b, h, aa, ab, bb
+    cdef double s10 = 0, s01 = 0, s20 = 0, s11 = 0, s02 = 0, s30 = 0, s21 = 0, s12 = 0, s03 = 0
+    cdef double s40 = 0, s31 = 0, s22 = 0, s13 = 0, s04 = 0
+    cdef double h00 = 0, h10 = 0, h01 = 0, h20 = 0, h11 = 0, h02 = 0
     cdef const double* point
-    cdef double most = 0, unit, a, b
-    cdef int found, k, m, n
-    neighbours(tree, x, count, guess, near)
-    found = <int> near.size()
+    cdef double most = 0, unit
+    cdef Py_ssize_t found = neighbours(tree, x, count, guess, near), k
+    cdef int m
     for k in range(found):
         point = tree.entries[near[k].second].x
         for m in range(3):
@@ -447,28 +550,31 @@ cdef void fit_one(
         for m in range(3):
             local[3 * k + m] = (axes[3 * m] * gap[0] + axes[3 * m + 1] * gap[1]
                                 + axes[3 * m + 2] * gap[2])
-        a, b = local[3 * k], local[3 * k + 1]
-        most = fmax(most, a * a + b * b)
+        aa = local[3 * k] * local[3 * k] + local[3 * k + 1] * local[3 * k + 1]
+        most = aa if aa > most else most
     reach[0] = sqrt(most)
     unit = reach[0] if most > 0 else 1.0
-    for m in range(36):
-        normal[m] = 0
-    for m in range(6):
-        six[m] = 0
-    terms[0] = 1
     for k in range(found):
-        a, b = local[3 * k] / unit, local[3 * k + 1] / unit
-        terms[1], terms[2], terms[3], terms[4], terms[5] = a, b, a * a / 2, a * b, b * b / 2
-        for m in range(6):
-            six[m] += terms[m] * local[3 * k + 2]
-            for n in range(m + 1):
-                normal[6 * m + n] += terms[m] * terms[n]
-    lopsided[0] = sqrt(normal[6] * normal[6] + normal[12] * normal[12]) / found
+        a, b, h = local[3 * k] / unit, local[3 * k + 1] / unit, local[3 * k + 2]
+        aa, ab, bb = a * a, a * b, b * b
+        s10, s01, s20, s11, s02 = s10 + a, s01 + b, s20 + aa, s11 + ab, s02 + bb
+        s30, s21, s12, s03 = s30 + aa * a, s21 + aa * b, s12 + a * bb, s03 + b * bb
+        s40, s31, s22 = s40 + aa * aa, s31 + aa * ab, s22 + aa * bb
+        s13, s04 = s13 + ab * bb, s04 + bb * bb
+        h00, h10, h01 = h00 + h, h10 + a * h, h01 + b * h
+        h20, h11, h02 = h20 + aa * h, h11 + ab * h, h02 + bb * h
+    # The terms are 1, a, b, a^2 / 2, a b, b^2 / 2; the lower triangle is all that is asked for.
+    normal[0] = found
+    normal[6], normal[7] = s10, s20
+    normal[12], normal[13], normal[14] = s01, s11, s02
+    normal[18], normal[19], normal[20], normal[21] = s20 / 2, s30 / 2, s21 / 2, s40 / 4
+    normal[24], normal[25], normal[26], normal[27], normal[28] = s11, s21, s12, s31 / 2, s22
+    normal[30], normal[31], normal[32] = s02 / 2, s12 / 2, s03 / 2
+    normal[33], normal[34], normal[35] = s22 / 4, s13 / 2, s04 / 4
+    six[0], six[1], six[2], six[3], six[4], six[5] = h00, h10, h01, h20 / 2, h11, h02 / 2
+    lopsided[0] = sqrt(s10 * s10 + s01 * s01) / found
     for m in range(6):
-        six[m] /= found
-        for n in range(m + 1):
-            normal[6 * m + n] /= found
-        normal[7 * m] += ridge
+        normal[7 * m] += ridge * found
     if not solve(normal, six, 6):
         for m in range(6):
             six[m] = 0

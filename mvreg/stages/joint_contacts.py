@@ -54,8 +54,8 @@ class Gate:
 
 def touching(surfaces: Sequence[Surface], motions: Array, reach: float) -> list[tuple[int, int]]:
     """Pairs i < j of placed scans whose boxes in the model frame come within `reach` (length)."""
-    clouds = [se3.apply(motion, s.points) for s, motion in zip(surfaces, motions, strict=True)]
-    return near_boxes(clouds, reach)
+    boxes = [joint.box(s.points, motion) for s, motion in zip(surfaces, motions, strict=True)]
+    return near_boxes(boxes, reach)
 
 
 def contacts(

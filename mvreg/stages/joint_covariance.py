@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from mvreg.kernels import joint
 from mvreg.stages.joint_contacts import in_parts
-from mvreg.stages.joint_system import Frame, Rows, System, curvature, weight
-from mvreg.types import Array, Indices
+from mvreg.stages.joint_system import CUT, Frame, Rows, System, curvature, weight
+from mvreg.types import Array
 
 #: Columns solved for at a time, a multiple of six: bounds the memory.
 BATCH = 252
@@ -83,9 +84,13 @@ def _cell_gradients(found: Sequence[Rows], system: System, width: float, cell: f
     high = np.max([one.points.max(axis=0) for one in found], axis=0)
     across = np.floor((high - low) / cell).astype(np.int64) + 1
     keys, values, columns = [], [], []
-    for one, (key, slopes) in zip(
-        found, in_parts(lambda one: _cell_sums(one, width, low, cell, across), found), strict=True
-    ):
+    sums = in_parts(
+        lambda one: joint.cell_sums(
+            one.jacobian, one.residuals, one.weights, one.points, width, CUT, low, cell, across
+        ),
+        found,
+    )
+    for one, (key, slopes) in zip(found, sums, strict=True):
         for k, sign in ((one.i, 1.0), (one.j, -1.0)):
             if k in system.place:
                 keys.append(key)
@@ -95,16 +100,3 @@ def _cell_gradients(found: Sequence[Rows], system: System, width: float, cell: f
     entries = (np.repeat(where, 6), np.concatenate(columns).ravel())
     shape = (int(where.max()) + 1, len(system.gradient))
     return coo_matrix((np.concatenate(values).ravel(), entries), shape=shape).tocsr()
-
-
-def _cell_sums(
-    one: Rows, width: float, low: Array, cell: float, across: Indices
-) -> tuple[Indices, Array]:
-    """The cells (C,) that residuals lie in, by numbers, and the sums (C, 6) of their gradients."""
-    places = np.floor((one.points - low) / cell).astype(np.int64)
-    keys = (places[:, 0] * across[1] + places[:, 1]) * across[2] + places[:, 2]
-    slopes = one.jacobian * (one.weights * weight(one.residuals, width) * one.residuals)[:, None]
-    order = np.argsort(keys, kind="stable")
-    ascending = keys[order]
-    first = np.flatnonzero(np.diff(ascending, prepend=-1))
-    return ascending[first], np.add.reduceat(slopes[order], first, axis=0)

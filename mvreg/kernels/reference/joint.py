@@ -99,6 +99,34 @@ def normal_equations(
     return jacobian.T @ weighted, weighted.T @ residuals
 
 
+def cell_sums(
+    jacobian: Array,
+    residuals: Array,
+    weights: Array,
+    points: Array,
+    width: float,
+    cut: float,
+    low: Array,
+    edge: float,
+    across: Indices,
+) -> tuple[Indices, Array]:
+    """The gradients ``J^T W r`` of the residuals in every cell of a grid."""
+    places = np.floor((points - low) / edge).astype(np.int64)
+    keys = (places[:, 0] * across[1] + places[:, 1]) * across[2] + places[:, 2]
+    cells = np.unique(keys)
+    sums = [
+        normal_equations(jacobian[k], residuals[k], weights[k], width, cut)[1]
+        for k in (keys == cell for cell in cells)
+    ]
+    return cells, np.array(sums).reshape(-1, 6)
+
+
+def box(points: Array, transform: Array) -> Array:
+    """The box of points (N, 3) once they are moved: two of its corners (2, 3)."""
+    moved = se3.apply(transform, points)
+    return np.stack([moved.min(axis=0), moved.max(axis=0)])
+
+
 def farthest(points: Array, before: Array, after: Array) -> float:
     """How far a motion goes from another for any of points (N, 3), at most."""
     moves = se3.apply(after, points) - se3.apply(before, points)
