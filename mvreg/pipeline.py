@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from typing import Any
@@ -15,9 +15,9 @@ from mvreg.errors import InputError
 from mvreg.nearest import mean_spacing
 from mvreg.normals import facing_normals
 from mvreg.parallel import in_threads, one_by_one
+from mvreg.screening import refine_best
 from mvreg.types import (
     Array,
-    Candidates,
     Model,
     Pair,
     Registration,
@@ -28,10 +28,6 @@ from mvreg.types import (
     Verdict,
     View,
 )
-
-#: Candidates are compared, and brought near their optimum, on every n-th registration point: first
-#: all of them on a few, then on more the best, if they are no worse than so many times the first.
-SCREENING, FEWER, SHORTLIST, HOPELESS = 8, 32, 3, 4.0
 
 
 @contextmanager
@@ -130,10 +126,13 @@ class Pipeline:
         accepted: Sequence[Registration],
         rng: np.random.Generator,
         checks: Sequence[Callable[[Registration, Verdict], Verdict]] = (),
+        give_up: float = np.inf,
     ) -> tuple[Registration | None, Pair]:
         """Register one view to another, or to the model (Algorithm 1).
 
         `checks` have the last word, in turn: a strategy may know of what the judge is not shown.
+        A pose that the judge, shown few of the points, scores worse than `give_up` times its
+        threshold is not refined on all of them.
 
         Returns
         -------
@@ -142,6 +141,13 @@ class Pipeline:
         pair : Pair
             What is to be remembered of it, the verdict included.
         """
+
+        def hopeless(registration: Registration, few: View) -> bool:
+            if give_up == np.inf:
+                return False
+            verdict = self.judge(registration, few, target, accepted)
+            return not verdict.reliable and verdict.score > give_up * verdict.threshold
+
         self.emit(events.PairStarted(source, target))
         seconds: dict[str, float] = {}
         with timed(seconds, "seed"):
@@ -149,7 +155,7 @@ class Pipeline:
         with timed(seconds, "propagate"):
             candidates = self.propagate(source, target, seeds, rng)
         with timed(seconds, "refine"):
-            registration = self.refine_best(source, target, candidates)
+            registration = refine_best(self.refine, source, target, candidates, hopeless)
         if registration is None:
             verdict = Verdict(False, float("inf"), 0.0, "no candidate pose")
             pair = Pair(source.name, target.name, verdict, seconds=seconds)
@@ -169,30 +175,6 @@ class Pipeline:
             )
         self.emit(events.PairRegistered(source, target, seeds, candidates, registration, pair))
         return registration, pair
-
-    def refine_best(
-        self, source: View, target: View, candidates: Candidates
-    ) -> Registration | None:
-        """Refine every candidate on a few points, and the best of them on all; None for none."""
-        if not len(candidates):
-            return None
-        _ = target.tree  # built once, before the threads ask for it
-        first = self.screen(source, target, candidates.poses, FEWER)
-        limit = HOPELESS * first[0].objective
-        left = [one.T_target_source for one in first[:SHORTLIST] if one.objective <= limit]
-        best, *others = self.screen(source, target, left, SCREENING)
-        registration = self.refine(source, target, best.T_target_source)
-        others += first[len(left) :]
-        rivals = np.array([other.T_target_source for other in others]).reshape(-1, 4, 4)
-        return replace(registration, rivals=rivals)
-
-    def screen(
-        self, source: View, target: View, poses: Iterable[Array], step: int
-    ) -> list[Registration]:
-        """Refine poses on every `step`-th point of the source: the best first."""
-        few = replace(source, points=source.points[::step], normals=source.normals[::step])
-        found = in_threads(lambda pose: self.refine(few, target, pose), list(poses))
-        return sorted(found, key=lambda registration: registration.objective)
 
     def begin(self, reference: View) -> Model:
         """Begin a model with a view, whose frame is the model's."""

@@ -7,7 +7,7 @@ import pytest
 from mvreg import se3
 from mvreg.errors import InputError
 from mvreg.kernels import icp
-from mvreg.pipeline import SCREENING
+from mvreg.screening import SCREENING
 from mvreg.stages.plane_icp import smallest_step
 from mvreg.stages.refine import Trim, TrimmedICP
 from mvreg.stages.refine_planes import GeneralizedICP, PointToPlane, SymmetricICP

@@ -14,6 +14,7 @@ def spread(
     distance_tolerance: float,
     angle_tolerance: float,
     descriptor_tolerance: float,
+    step: int,
 ) -> tuple[Indices, Indices]: ...
 def nearest_rows(queries: Array, rows: Array) -> tuple[Array, Indices]: ...
 def consensus(

@@ -100,7 +100,7 @@ cdef inline double arc(double cosine, bint oriented) noexcept nogil:
 
 def spread(
     Shape source, Shape target, seeds, bint oriented, double distance_tolerance,
-    double angle_tolerance, double descriptor_tolerance
+    double angle_tolerance, double descriptor_tolerance, Py_ssize_t step
 ):
     """Spread every seed over both shapes.
 
@@ -119,6 +119,8 @@ def spread(
         A length; a distance of descriptors.
     angle_tolerance : float
         Radians, under a right angle.
+    step : int
+        Every so many-th keypoint of the target is asked.
 
     Returns
     -------
@@ -141,7 +143,7 @@ def spread(
             matches.push_back(given[s, 0])
             matches.push_back(given[s, 1])
             match(source, target, own, given[s, 1], oriented, distance_tolerance, angle_tolerance,
-                  descriptor_tolerance, matches)
+                  descriptor_tolerance, step, matches)
             end[s + 1] = matches.size() // 2
     found = np.empty((end[size], 2), dtype=np.intp)
     cdef Py_ssize_t[:, ::1] out = found
@@ -152,7 +154,7 @@ def spread(
 
 cdef void match(
     Shape source, Shape target, About own, Py_ssize_t seed, bint oriented,
-    double distance_tolerance, float limit, double descriptor_tolerance,
+    double distance_tolerance, float limit, double descriptor_tolerance, Py_ssize_t step,
     vector[Py_ssize_t]& matches
 ) noexcept nogil:
     """Add the matches of one seed, in the order of the target's keypoints."""
@@ -165,7 +167,9 @@ cdef void match(
     partner.resize(target.size, -1)
     left.resize(size + 1)
     wanted.resize(scales)
-    for m in range(target.size):
+    m = -step
+    while m + step < target.size:
+        m += step
         away = <float> (sqrt(squared_gap(&target.keypoints[m, 0], &target.keypoints[seed, 0]))
                         / distance_tolerance)
         ring = <Py_ssize_t> (RINGS * away)

@@ -16,6 +16,8 @@ from mvreg.types import Array, Candidates, Indices, Matches, View
 
 #: So many seeds are worth a thread's while.
 PART = 8
+#: Poses are ranked on every n-th keypoint first, and so many times those wanted on all.
+FEWER, AMONG = 4, 3
 
 
 def triples(sizes: Sequence[int], samples: int, rng: np.random.Generator) -> Indices:
@@ -53,6 +55,9 @@ class ConsensusPropagate:
         Difference of the angles to the seed's normals, in degrees, at every scale.
     descriptor_tolerance : float
         Largest distance of the descriptors.
+    spread_over : int
+        A seed spreads over so many keypoints of the target at least, and twice as many at most;
+        evenly thinned, if there are more, as in a model of many scans.
     min_matches : int
         Seeds that spread to fewer matches are given up (the paper's "more than 10").
     samples : int
@@ -72,6 +77,7 @@ class ConsensusPropagate:
     distance_tolerance: float = 0.5
     angle_tolerance: float = 10.0
     descriptor_tolerance: float = 0.2
+    spread_over: int = 500
     min_matches: int = 11
     samples: int = 200
     inlier_distance: float = 1.0
@@ -87,6 +93,7 @@ class ConsensusPropagate:
             descriptor_tolerance=self.descriptor_tolerance,
             inlier_distance=self.inlier_distance,
         )
+        check_positive("propagate", spread_over=self.spread_over)
         if self.keep < 1 or self.samples < 1 or self.min_matches < 3:
             raise InputError(
                 "propagate: expected keep >= 1, samples >= 1 and min_matches >= 3, got "
@@ -118,11 +125,12 @@ class ConsensusPropagate:
     def spread(self, source: View, target: View, seeds: Indices) -> list[Indices]:
         """Spread seeds (S, 2) over both shapes: matches (M, 2) of each, the seed first."""
         own, other = shape(source), shape(target)
+        step = max(1, len(target.features.keypoints) // self.spread_over)
         oriented = source.features.oriented and target.features.oriented
         parts = in_threads(
             lambda part: kernels.spread(
                 own, other, seeds[part], oriented, self.distance_tolerance * source.scale.spacing,
-                np.deg2rad(self.angle_tolerance), self.descriptor_tolerance,
+                np.deg2rad(self.angle_tolerance), self.descriptor_tolerance, step,
             ),
             slices(len(seeds), PART),
         )  # fmt: skip
@@ -151,17 +159,30 @@ class ConsensusPropagate:
     ) -> Candidates:
         """Order by quality; keep the best that differ."""
         keypoints = source.features.keypoints
-        bound = 3 * source.scale.spacing  # farther is as bad as this: it only ranks
-        moved = keypoints @ np.swapaxes(poses[:, :3, :3], 1, 2) + poses[:, None, :3, 3]
-        distances, _ = nearest(target.keypoint_tree, moved.reshape(-1, 3), bound)
-        squared = np.minimum(distances, bound).reshape(len(poses), -1) ** 2
-        share = int(np.ceil(self.quality_overlap * len(keypoints)))
-        scores = np.partition(squared, share - 1, axis=1)[:, :share].mean(axis=1)
+        rough = self.quality(keypoints[::FEWER], source, target, poses)
+        few = self.different(poses, rough, AMONG * self.keep)
+        scores = self.quality(keypoints, source, target, poses[few])
+        kept = np.argsort(scores, kind="stable")[: self.keep]
+        chosen = [few[k] for k in kept]
+        return Candidates(poses[chosen], scores[kept], tuple(agreed[k][1] for k in chosen))
+
+    def different(self, poses: Array, scores: Array, most: int) -> list[int]:
+        """Positions of the best poses that differ, `most` of them."""
         kept: list[int] = []
         for index in np.argsort(scores, kind="stable"):
             angles = se3.rotation_angle(poses[kept], poses[index])
             if not (np.rad2deg(angles) < self.separation).any():
                 kept.append(int(index))
-            if len(kept) == self.keep:
+            if len(kept) == most:
                 break
-        return Candidates(poses[kept], scores[kept], tuple(agreed[k][1] for k in kept))
+        return kept
+
+    def quality(self, keypoints: Array, source: View, target: View, poses: Array) -> Array:
+        """Mean squared distances (C,) of the best of the keypoints, moved, to the target's."""
+        bound = 3 * source.scale.spacing  # farther is as bad as this: it only ranks
+        moved = keypoints @ np.swapaxes(poses[:, :3, :3], 1, 2) + poses[:, None, :3, 3]
+        distances, _ = nearest(target.keypoint_tree, moved.reshape(-1, 3), bound)
+        squared = np.minimum(distances, bound).reshape(len(poses), -1) ** 2
+        share = int(np.ceil(self.quality_overlap * len(keypoints)))
+        scores: Array = np.partition(squared, share - 1, axis=1)[:, :share].mean(axis=1)
+        return scores

@@ -43,11 +43,14 @@ class Growth:
         The model begins with it.
     pipeline : Pipeline
         Merges what is taken in, and tells observers.
+    give_up : float
+        As in `Pipeline.register`.
     """
 
-    def __init__(self, reference: View, pipeline: Pipeline) -> None:
+    def __init__(self, reference: View, pipeline: Pipeline, give_up: float = np.inf) -> None:
         self.reference = reference
         self.pipeline = pipeline
+        self.give_up = give_up
         self.model = pipeline.begin(reference)
         self.poses: dict[str, Array] = {reference.name: np.eye(4)}
         self.pairs: list[Pair] = []
@@ -55,7 +58,9 @@ class Growth:
 
     def takes_in(self, view: View, pipeline: Pipeline, rng: np.random.Generator) -> bool:
         """Register a view to the model by `pipeline`, and merge it in if that can be relied on."""
-        registration, pair = pipeline.register(view, self.model, self.accepted, rng.spawn(1)[0])
+        registration, pair = pipeline.register(
+            view, self.model, self.accepted, rng.spawn(1)[0], give_up=self.give_up
+        )
         self.pairs.append(pair)
         if registration is None or not pair.verdict.reliable:
             return False
@@ -86,13 +91,20 @@ class GrowStrategy:
         Parameters by their dotted names, e.g. ``{seed.top_fraction: 1.0}``, that replace the
         pipeline's at each level; stages without such a parameter stay as they are, and so do
         parameters that were set to other than their defaults. ``[{}]`` is the paper's loop.
+    give_up : float
+        A pose that scores worse than so many times the judge's threshold on an eighth of the points
+        is not refined on all of them. Of 111 poses relied on in nine orders of Bunny, Dragon and
+        Buddha one scored 2.4, the others at most 1.1; of 129 not relied on 76 more than 3.
     """
 
     levels: list[dict[str, Any]] = field(default_factory=careful_levels)
+    give_up: float = 3.0
 
     def __post_init__(self) -> None:
         if not self.levels:
             raise InputError("strategy.levels: expected at least one level, [{}]; got none")
+        if not self.give_up > 0:
+            raise InputError(f"strategy.give_up: expected a number above 0, got {self.give_up}")
 
     def __call__(
         self, views: Sequence[View], pipeline: Pipeline, rng: np.random.Generator
@@ -101,7 +113,7 @@ class GrowStrategy:
             pipeline.with_parameters({k: v for k, v in level.items() if untouched(pipeline, k)})
             for level in self.levels
         ]
-        growth = Growth(views[0], pipeline)
+        growth = Growth(views[0], pipeline, self.give_up)
         waiting = list(views[1:])
         level = 0
         while waiting and level < len(pipelines):

@@ -6,14 +6,14 @@ not have come across the others; so they are made, and refined, before the pose 
 
 from __future__ import annotations
 
-from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from mvreg import se3
 from mvreg.contracts import Refine
 from mvreg.parallel import in_threads
-from mvreg.pipeline import SCREENING
+from mvreg.screening import FEWER, HOPELESS, SCREENING, thinned
 from mvreg.types import Array, Registration, View
 
 #: Turns (degrees) about each axis: what is symmetric about an axis, two, three, four, five, six,
@@ -43,17 +43,20 @@ def turned(registration: Registration, source: View, target: View, refine: Refin
     (R, 4, 4) array
         ``T_target_source``, best first; empty for most objects.
     """
-    few = replace(source, points=source.points[::SCREENING], normals=source.normals[::SCREENING])
-    if not len(few.points) or not len(target.points):
+    if not len(source.points) or not len(target.points):
         return np.empty((0, 4, 4))
     pose = registration.T_target_source
     starts = [turn @ pose for turn in _turns(source, target, pose)]
     _ = target.tree  # built once, before the threads ask for it
-    own, *others = in_threads(lambda start: refine(few, target, start), [pose, *starts])
-    most = AS_GOOD * max(own.objective, (FINEST * source.scale.resolution) ** 2)
-    good = [one for one in others if one.objective <= most]
-    good.sort(key=lambda one: one.objective)
-    return np.array([one.T_target_source for one in good]).reshape(-1, 4, 4)
+    for step, slack in ((FEWER, HOPELESS), (SCREENING, 1.0)):  # most turns fit nowhere near as well
+        few = thinned(source, step)
+        own, *others = in_threads(partial(refine, few, target), [pose, *starts])
+        most = slack * AS_GOOD * max(own.objective, (FINEST * source.scale.resolution) ** 2)
+        starts = [start for start, one in zip(starts, others, strict=True) if one.objective <= most]
+        if not starts:
+            return np.empty((0, 4, 4))
+    good = sorted((one for one in others if one.objective <= most), key=lambda one: one.objective)
+    return np.array([one.T_target_source for one in good])
 
 
 def _turns(source: View, target: View, pose: Array) -> list[Array]:

@@ -49,6 +49,7 @@ def spread(
     distance_tolerance: float,
     angle_tolerance: float,
     descriptor_tolerance: float,
+    step: int = 1,
 ) -> Indices:
     """Spread the seed (i, j) over both shapes: matches (M, 2), the seed first."""
     i, j = seed
@@ -62,7 +63,7 @@ def spread(
     best = best_of_each(m, np.abs(alpha[n] - theta[m]).mean(axis=1))
     m, n = m[best], n[best]
     apart = np.linalg.norm(own.descriptors[n] - other.descriptors[m], axis=1)
-    keep = (apart < descriptor_tolerance) & (m != j)
+    keep = (apart < descriptor_tolerance) & (m != j) & (m % step == 0)
     return np.concatenate([[[i, j]], np.stack([n[keep], m[keep]], axis=1)])
 
 
