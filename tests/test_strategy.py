@@ -37,7 +37,7 @@ class Scripted:
     def extend(self, model, view, found):
         return replace(model, parts=(*model.parts, Part(view, np.eye(4))))
 
-    def register(self, source, target, accepted, rng):
+    def register(self, source, target, accepted, rng, give_up=np.inf):
         size = len(target.members)
         self.asked.append((source.name, size, self.level, len(accepted)))
         self.told.append(rng.random())

@@ -35,7 +35,7 @@ class Scripted:
     def extend(self, model, view, found):
         return replace(model, parts=(*model.parts, Part(view, np.eye(4))))
 
-    def register(self, source, target, accepted, rng):
+    def register(self, source, target, accepted, rng, give_up=np.inf):
         self.asked.append((source.name, target.members, len(accepted)))
         self.drawn.append(rng.random())
         if source.name in self.without:

@@ -1,0 +1,89 @@
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from mvreg import se3
+from mvreg.errors import InputError
+from mvreg.screening import FEWER, SCREENING, refine_best, thinned
+from mvreg.stages.refine import TrimmedICP
+from mvreg.stages.strategy import GrowStrategy
+from mvreg.testing import overlap, pipeline
+from mvreg.testing.refine import nudge
+from mvreg.types import Candidates, Verdict
+
+
+def candidates(pair, *starts):
+    poses = [pair.T_target_source @ nudge(pair.source, *start) for start in starts]
+    return Candidates(np.array(poses), np.arange(len(poses)), (np.empty((0, 2), int),) * len(poses))
+
+
+@dataclass(frozen=True)
+class Counting(TrimmedICP):
+    def __call__(self, source, target, transform):
+        COUNTED.append(len(source.points))
+        return super().__call__(source, target, transform)
+
+
+COUNTED = []
+
+
+@pytest.fixture(autouse=True)
+def begin():
+    COUNTED.clear()
+
+
+def test_the_best_candidate_wins_wherever_it_stands_in_the_list():
+    pair = overlap()
+    found = refine_best(
+        TrimmedICP(), pair.source, pair.target, candidates(pair, (170, 40), (150, 9), (2, 1))
+    )
+    assert se3.rotation_angle(found.T_target_source, pair.T_target_source) < np.deg2rad(2)
+    assert len(found.rivals) == 2
+    assert refine_best(TrimmedICP(), pair.source, pair.target, Candidates.none()) is None
+
+
+def test_all_points_are_asked_of_one_candidate_only():
+    pair = overlap()
+    refine_best(Counting(), pair.source, pair.target, candidates(pair, (170, 40), (150, 9), (2, 1)))
+    size = len(pair.source.points)
+    few, more = -(-size // FEWER), -(-size // SCREENING)
+    assert COUNTED[:3] == [few] * 3 and COUNTED[-1] == size
+    assert set(COUNTED[3:-1]) == {more}
+
+
+def test_what_is_hopeless_on_few_points_is_not_refined_on_all():
+    pair = overlap()
+    shown = []
+    found = refine_best(
+        Counting(), pair.source, pair.target, candidates(pair, (2, 1)),
+        lambda registration, few: bool(shown.append((registration, few)) or True),
+    )  # fmt: skip
+    (asked, few), size = shown[0], len(pair.source.points)
+    assert size not in COUNTED
+    np.testing.assert_array_equal(few.points, thinned(pair.source, SCREENING).points)
+    np.testing.assert_array_equal(asked.pairs * [SCREENING, 1], found.pairs)
+    moved = se3.apply(found.T_target_source, pair.source.points[found.pairs[:, 0]])
+    gaps = np.linalg.norm(moved - pair.target.points[found.pairs[:, 1]], axis=1)
+    np.testing.assert_allclose(gaps, found.distances, atol=1e-9)
+
+
+@pytest.mark.parametrize(("score", "whole"), [(2.9, True), (3.1, False), (0.5, True)])
+def test_the_judge_says_what_is_hopeless(score, whole):
+    @dataclass(frozen=True)
+    class Says:
+        def __call__(self, registration, source, target, accepted):
+            return Verdict(score < 1, score, 1.0, "as told")
+
+    pair = overlap()
+    pipe = replace(pipeline(), refine=Counting(), judge=Says())
+    pipe.register(pair.source, pair.target, [], np.random.default_rng(0), give_up=3.0)
+    assert (len(pair.source.points) in COUNTED) == whole
+    COUNTED.clear()
+    pipe.register(pair.source, pair.target, [], np.random.default_rng(0))
+    assert len(pair.source.points) in COUNTED
+
+
+def test_a_factor_to_give_up_at_is_positive():
+    with pytest.raises(InputError, match=r"strategy\.give_up"):
+        GrowStrategy(give_up=0.0)
