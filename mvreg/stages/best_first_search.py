@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mvreg.stages.partial_models import PartialModels
 from mvreg.types import Array, Indices
+
+Flags = NDArray[np.bool_]
 
 #: What is left of the promise of a source, and of its pairs with the targets, after a failure.
 SOURCE_LEFT, PAIR_LEFT = 0.9, 0.5
@@ -37,6 +40,9 @@ class Search:
         self.failures = np.zeros(len(promises), dtype=int)
         self.tried: set[tuple[int, frozenset[int]]] = set()
         self.in_a_row = 0
+        self.gains = np.zeros((len(promises), len(promises) + 1))
+        self.seen: Indices = np.full(len(promises), -1)  # the groups that `gains` are of
+        self.stale: set[int] = set()
 
     def next(self) -> tuple[int, list[int]] | None:
         """The view to move and the views to move it to, most promising first; None at the end.
@@ -45,24 +51,40 @@ class Search:
         """
         if self.in_a_row >= max(LEAST_IN_A_ROW, IN_A_ROW * len(self.promises)):
             return None
-        found: list[tuple[float, int, int]] = []
-        for members in self.models.groups():
-            for source in self.sources(members):
-                gain = np.sort(self.promises[source, members])[::-1][: self.parts].sum()
-                found.append((float(gain * self.factor[source]), int(source), int(members[0])))
-        for _, source, group in sorted(found, key=lambda one: -one[0]):
-            members = self.models.members(int(self.models.group[group]))
-            for targets in self.targets(source, members):
+        group = self.models.group
+        groups = [members for members in self.models.groups() if len(members)]
+        labels = np.array([group[members[0]] for members in groups], dtype=np.intp)
+        self.refresh()
+        # In the order of the groups, then of the sources: of equals the first is taken.
+        worth = np.where(self.may_move(labels), self.gains[:, labels].T * self.factor, -np.inf)
+        while worth.size and (best := int(worth.argmax())) >= 0 and worth.flat[best] > -np.inf:
+            row, source = divmod(best, len(group))
+            for targets in self.targets(source, groups[row]):
                 if (source, frozenset(targets)) not in self.tried:
                     return source, targets
+            worth.flat[best] = -np.inf
         return None
 
-    def sources(self, members: Indices) -> Indices:
-        """The views that may still be moved to a group."""
+    def refresh(self) -> None:
+        """What every view promises to each group: again only for groups that have changed."""
         group = self.models.group
-        sizes = np.bincount(group, minlength=len(group) + 1)[group]
-        open_ = (self.failures < self.patience) & (group != group[members[0]])
-        return np.flatnonzero(open_ & (sizes <= len(members)))
+        moved = group != self.seen
+        for label in {*group[moved].tolist(), *self.seen[moved].tolist(), *self.stale} - {-1}:
+            found = self.promises[:, group == label]
+            few = min(self.parts, found.shape[1])
+            if few:
+                found = -np.sort(np.partition(-found, few - 1, axis=1)[:, :few], axis=1)
+            self.gains[:, label] = found.sum(axis=1)
+        self.seen = group.copy()
+        self.stale.clear()
+
+    def may_move(self, labels: Indices) -> Flags:
+        """Which views (N) may still be moved to each of the groups (G): (G, N)."""
+        group = self.models.group
+        sizes = np.bincount(group, minlength=len(group) + 1)
+        smaller = sizes[group] <= sizes[labels][:, None]
+        allowed: Flags = (self.failures < self.patience) & (group != labels[:, None]) & smaller
+        return allowed
 
     def targets(self, source: int, members: Indices) -> Iterator[list[int]]:
         """Views of a group to register to: those to be tried now, then whatever else there is.
@@ -90,5 +112,6 @@ class Search:
         self.factor[source] *= SOURCE_LEFT
         self.promises[source, targets] *= PAIR_LEFT
         self.promises[targets, source] *= PAIR_LEFT
+        self.stale.update(self.models.group[[source, *targets]].tolist())
         moving = self.models.members(int(self.models.group[source]))
         self.failures[moving] += 1

@@ -9,10 +9,11 @@ import numpy as np
 
 from mvreg import se3
 from mvreg.evidence import Evidence, Meeting, weigh
+from mvreg.kernels.evidence import box
 from mvreg.nearest import nearest
 from mvreg.parallel import in_threads
 from mvreg.pipeline import Pipeline
-from mvreg.surfaces import neighbours
+from mvreg.surfaces import near_boxes
 from mvreg.types import Array, Indices, Model, Part, Registration, View
 
 #: Points of a view and of a model that are nearer than this are one (resolutions).
@@ -38,7 +39,8 @@ class PartialModels:
 
     def groups(self) -> list[Indices]:
         """The members of each group, the largest group first."""
-        found = [self.members(int(g)) for g in np.unique(self.group)]
+        order = np.argsort(self.group, kind="stable")
+        found = np.split(order, np.flatnonzero(np.diff(self.group[order])) + 1)
         return sorted(found, key=lambda members: (-len(members), members[0]))
 
     def relative(self, target: int, source: int) -> Array:
@@ -80,17 +82,28 @@ class PartialModels:
 
     def meetings(self, sources: Sequence[int], targets: Sequence[int]) -> list[Meeting]:
         """The pairs of views of one group that come near each other, each pair once."""
-        names = {self.views[k].name: self.poses[k] for k in (*sources, *targets)}
-        chosen = list(dict.fromkeys([*sources, *targets]))
-        chosen = [k for k in chosen if len(self.views[k].points)]
-        reach = 3 * self.views[chosen[0]].scale.resolution if chosen else 0.0
-        near = neighbours([self.views[k] for k in chosen], names, reach) if chosen else []
+        chosen = [k for k in dict.fromkeys([*sources, *targets]) if len(self.views[k].points)]
+        if not chosen:
+            return []
+        moving, staying = set(sources), set(targets)
+        reach = 3 * self.views[chosen[0]].scale.resolution
         found = []
-        for a, b in near:
-            i, j = chosen[a], chosen[b]
-            if i in sources and j in targets and (i not in targets or i < j):
-                pose = self.relative(j, i)
-                found.append(Meeting(self.views[i], self.views[j], pose, self.poses[i]))
+        for a, b in near_boxes(
+            [np.stack(box(self.views[k].points, self.poses[k])) for k in chosen], reach
+        ):
+            for i, j in ((chosen[a], chosen[b]), (chosen[b], chosen[a])):
+                if i in moving and j in staying and (i not in staying or i < j):
+                    pose = self.relative(j, i)
+                    found.append(Meeting(self.views[i], self.views[j], pose, self.poses[i]))
+        return found
+
+    def met_by(self, members: Sequence[int]) -> dict[int, list[Meeting]]:
+        """What each view of a group meets in it."""
+        place = {id(self.views[k]): k for k in members}
+        found: dict[int, list[Meeting]] = {k: [] for k in members}
+        for meeting in self.meetings(members, members) if len(members) > 1 else ():
+            found[place[id(meeting.source)]].append(meeting)
+            found[place[id(meeting.target)]].append(meeting)
         return found
 
 

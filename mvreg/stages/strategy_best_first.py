@@ -12,6 +12,7 @@ import numpy as np
 from mvreg import se3
 from mvreg.errors import InputError, check_positive
 from mvreg.evidence import Meeting, weigh
+from mvreg.parallel import in_threads
 from mvreg.stages.best_first_search import Search
 from mvreg.stages.partial_models import PartialModels
 from mvreg.stages.promise import promise
@@ -147,24 +148,26 @@ class BestFirst:
         """Take every view out of its group that all it meets there speaks against; which ones."""
         taken: list[int] = []
         for members in models.groups():
-            left = members.tolist()
-            meetings = models.meetings(left, left)
+            left = waiting = members.tolist()
+            met, doubts = models.met_by(left), dict[int, float]()
             while len(left) > 1:
-                doubts = {k: self.doubt(models.views[k], meetings) for k in left}
+                doubts.update(
+                    zip(waiting, in_threads(doubt, [met[k] for k in waiting]), strict=True)
+                )
                 worst = max(left, key=lambda k: doubts[k])
                 if doubts[worst] <= 1 - self.min_probability:
                     break
-                out = models.views[worst]
-                meetings = [m for m in meetings if m.source is not out and m.target is not out]
-                left.remove(worst)
+                left = [k for k in left if k != worst]
+                waiting = [k for k in left if any(m in met[worst] for m in met[k])]
+                met = {k: [m for m in met[k] if m not in met[worst]] for k in left}
                 models.leave(worst)
                 taken.append(worst)
         return taken
 
-    def doubt(self, view: View, meetings: Sequence[Meeting]) -> float:
-        """The probability that a view is in the wrong place, by all that it meets."""
-        own = [meeting for meeting in meetings if view in (meeting.source, meeting.target)]
-        return 1 - weigh(own).probability
+
+def doubt(meetings: Sequence[Meeting]) -> float:
+    """The probability that a view is in the wrong place, by all that it meets."""
+    return 1 - weigh(meetings).probability
 
 
 def beside_its_turns(
@@ -181,8 +184,9 @@ def beside_its_turns(
 
 def outcome(models: PartialModels, promises: Array, pairs: Sequence[Pair]) -> Result:
     """The result that partial models amount to: each in the frame of its most promising view."""
+    largest, *others = models.groups()
     components = []
-    for members in models.groups():
+    for members in (largest, *(one for one in others if len(one) > 1)):
         inside = promises[np.ix_(members, members)].sum(axis=1)
         first = int(members[int(inside.argmax())])
         order = [first, *(int(k) for k in members if k != first)]
@@ -190,8 +194,7 @@ def outcome(models: PartialModels, promises: Array, pairs: Sequence[Pair]) -> Re
         poses = {models.views[k].name: frame @ models.poses[k] for k in order}
         poses[models.views[first].name] = np.eye(4)
         components.append(poses)
-    joined = [poses for poses in components[1:] if len(poses) > 1]
-    alone = {name for poses in components[1:] if len(poses) == 1 for name in poses}
-    left = tuple(view.name for view in models.views if view.name in alone)
+    alone = {int(one[0]) for one in others if len(one) == 1}
+    left = tuple(view.name for k, view in enumerate(models.views) if k in alone)
     reference = next(iter(components[0]))
-    return Result(reference, components[0], left, tuple(pairs), components=tuple(joined))
+    return Result(reference, components[0], left, tuple(pairs), components=tuple(components[1:]))
