@@ -148,6 +148,18 @@ def test_fit(rng, size, count):
         np.testing.assert_allclose(mine, other, rtol=1e-6, atol=1e-6)
 
 
+@quick
+@given(rngs, st.integers(2, 300), st.booleans())
+def test_distances(rng, size, twice):
+    points = np.repeat(sphere(rng, size), 2, axis=0) if twice else sphere(rng, size)
+    for rank in {1, 12, size - 1} & set(range(size)):
+        found = joint.distances(Tree(points), rank)
+        np.testing.assert_allclose(found, plain.distances(points, rank), rtol=1e-12)
+    for rank in (0, len(points)):
+        with pytest.raises(ValueError, match="rank of 1 to"):
+            joint.distances(Tree(points), rank)
+
+
 @pytest.mark.parametrize("kind", ["one point", "one spot", "a line"])
 def test_patches_through_what_makes_no_surface_are_finite(kind):
     count = 1 if kind == "one point" else 40
@@ -161,7 +173,7 @@ def test_patches_through_what_makes_no_surface_are_finite(kind):
 def test_wrong_sizes_are_refused(rng):
     _, one = surface(rng, 10)
     inside, outside = np.arange(3), np.arange(8, 11)
-    with pytest.raises(ValueError, match="positions among 10, got 8 to 10"):
+    with pytest.raises(ValueError, match="positions among 10, got 10"):
         joint.gaps(one, np.zeros((3, 3)), outside, True)
     with pytest.raises(ValueError, match="points for 3 patches"):
         joint.gaps(one, np.zeros((2, 3)), inside, True)

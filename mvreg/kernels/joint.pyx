@@ -474,6 +474,34 @@ def fit(Tree tree, samples, axes, int count, double ridge):
     return heights, slopes, bends, reach, lopsided
 
 
+def distances(Tree tree, Py_ssize_t rank):
+    """How far each point's neighbour of a rank is, in the tree itself.
+
+    Parameters
+    ----------
+    tree : Tree
+    rank : int
+        At least 1, and less than there are points; the point itself has the rank 0.
+
+    Returns
+    -------
+    (N,) array
+    """
+    cdef double guess = tree.grain * tree.grain * rank
+    cdef vector[Near] near
+    cdef Py_ssize_t k
+    if not 0 < rank < tree.n:
+        raise ValueError(f"expected a rank of 1 to {tree.n - 1}, got {rank}")
+    found = np.empty(tree.n)
+    cdef double[::1] far = found
+    with nogil:
+        near.resize(tree.n + 1)
+        for k in range(tree.n):  # in the tree's order: the last one was near, the guess is good
+            neighbours(tree, tree.entries[k].x, rank + 1, &guess, near.data())
+            far[tree.entries[k].index] = sqrt(near[rank].first)
+    return found
+
+
 cdef Py_ssize_t gather(Tree tree, const double* x, double most, Near* found) noexcept nogil:
     """All points nearer than `most` (squared), in no order; how many. There is room for all."""
     cdef Py_ssize_t waiting[128]
@@ -507,7 +535,9 @@ cdef Py_ssize_t gather(Tree tree, const double* x, double most, Near* found) noe
 cdef Py_ssize_t neighbours(
     Tree tree, const double* x, Py_ssize_t count, double* guess, Near* found
 ) noexcept nogil:
-    """The nearest points, in no order; how many. A good guess of how far they are saves time.
+    """The nearest points, the last of them in its place; how many.
+
+    A good guess of how far they are saves time.
 
     To gather all that is near, and to put aside what is too much, takes half the time that it takes
     to keep neighbours sorted.
@@ -518,7 +548,7 @@ cdef Py_ssize_t neighbours(
         most = (most if most > 1e-300 else 1e-300) * factor
         factor *= factor
         size = gather(tree, x, most, found)
-    if size > count:
+    if size >= count:
         nth_element(found, found + (count - 1), found + size)
         guess[0] = GUESS * found[count - 1].first
         return count
@@ -597,8 +627,11 @@ cdef floats(values):
 cdef positions(values, Py_ssize_t size):
     """Positions (M,) that are safe to look up among so many."""
     found = np.ascontiguousarray(values, dtype=np.intp)
-    if len(found) and not (found.min() >= 0 and found.max() < size):
-        raise ValueError(f"expected positions among {size}, got {found.min()} to {found.max()}")
+    cdef const Py_ssize_t[::1] view = found
+    cdef Py_ssize_t k
+    for k in range(view.shape[0]):
+        if not 0 <= view[k] < size:
+            raise ValueError(f"expected positions among {size}, got {view[k]}")
     return found
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from mvreg import se3
 from mvreg.kernels import joint
-from mvreg.parallel import in_threads
+from mvreg.parallel import in_threads, slices
 from mvreg.stages.joint_surface import Surface
 from mvreg.surfaces import LEAST_COSINE, near_boxes
 from mvreg.types import Array, Indices
@@ -18,8 +18,6 @@ from mvreg.types import Array, Indices
 Item = TypeVar("Item")
 Answer = TypeVar("Answer")
 
-#: Pieces that work is cut into for the threads.
-PARTS = 32
 #: Contacts of a pair of scans, at least: twice as many as a motion has degrees of freedom.
 FEWEST = 12
 
@@ -96,9 +94,8 @@ def _contacts(surfaces: Sequence[Surface], motions: Array, i: int, j: int, gate:
 
 def in_parts(function: Callable[[Item], Answer], items: Sequence[Item]) -> list[Answer]:
     """As `in_threads`, many items at a time: one takes hardly longer than handing it over does."""
-    size = -(-len(items) // PARTS) or 1
-    parts = [items[start : start + size] for start in range(0, len(items), size)]
-    done = in_threads(lambda part: [function(item) for item in part], parts)
+    parts = slices(len(items), 1)
+    done = in_threads(lambda part: [function(item) for item in items[part]], parts)
     return [answer for part in done for answer in part]
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mvreg.kernels import joint
 from mvreg.types import Array
 
 if TYPE_CHECKING:
@@ -24,8 +25,7 @@ def shares(tree: Tree, density: Array, total: int) -> Array:
     count = min(AROUND, tree.n - 1)
     if count < 1:
         return np.full(tree.n, float(total))
-    distances, _ = tree.query(tree.data, k=[count + 1])
-    each: Array = density * distances[:, 0] ** 2
+    each: Array = density * joint.distances(tree, count) ** 2
     whole = float(each.sum())
     return each * (total / whole) if whole > 0 else np.full(tree.n, total / tree.n)
 

@@ -149,3 +149,9 @@ def fit(
     found = np.linalg.solve(system, right)[..., 0]
     slopes, bends = found[:, 1:3] / unit[:, None], found[:, 3:] / unit[:, None] ** 2
     return found[:, 0], slopes, bends, reach, np.hypot(a.mean(axis=1), b.mean(axis=1))
+
+
+def distances(points: Array, rank: int) -> Array:
+    """How far each point's neighbour of a rank is; the point itself has the rank 0."""
+    apart: Array = np.sort(np.linalg.norm(points[:, None] - points[None], axis=2), axis=1)
+    return apart[:, rank]
