@@ -13,7 +13,7 @@ from mvreg.evaluate import pose_errors
 from mvreg.stages.joint import JointRefinement
 from mvreg.stages.joint_contacts import Gate, contacts, touching
 from mvreg.stages.joint_surface import surfaces
-from mvreg.stages.joint_system import Frame, System, rows
+from mvreg.stages.joint_system import MAD, Frame, Rows, System, rows, spread
 from mvreg.testing import blob_scans, pipeline
 from mvreg.testing.compare import digest
 from mvreg.testing.results import misplacement
@@ -247,6 +247,13 @@ def test_rows_change_as_their_jacobian_says():
         change = new.residuals - old.residuals
         # Slopes of a patch change along it: that is of second order only where gaps are small.
         np.testing.assert_allclose(change, sign * old.jacobian @ unknowns[0], atol=2e-8)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 10, 1001])
+def test_the_spread_is_that_of_the_median(count, rng):
+    residuals = rng.normal(size=count)
+    parts = [Rows(0, 1, part, *3 * (np.empty(0),)) for part in np.array_split(residuals, 3)]
+    assert spread(parts) == pytest.approx(MAD * np.median(np.abs(residuals)), rel=1e-15)
 
 
 def test_pairs_are_those_whose_boxes_meet():

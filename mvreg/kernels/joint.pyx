@@ -79,7 +79,7 @@ cdef inline double height(
     """How far a point is from a patch; the surface's normal there; how far along it (squared)."""
     cdef double local[3]
     cdef double gap[3]
-    cdef double a, b, below, first = patch.slope[0], second = patch.slope[1], bent, other, steep
+    cdef double a, b, below, first = patch.slope[0], second = patch.slope[1], bent, other, shallow
     cdef int m
     for m in range(3):
         gap[m] = x[m] - patch.point[m]
@@ -93,11 +93,12 @@ cdef inline double height(
         other = patch.bend[1] * a + patch.bend[2] * b
         below += (bent * a + other * b) / 2
         first, second = first + bent, second + other
-    steep = sqrt(1 + (first * first + second * second))
+    shallow = 1 / sqrt(1 + (first * first + second * second))
     for m in range(3):
-        normal[m] = (patch.axes[6 + m] - first * patch.axes[m] - second * patch.axes[3 + m]) / steep
+        normal[m] = shallow * (
+            patch.axes[6 + m] - first * patch.axes[m] - second * patch.axes[3 + m])
     aside[0] = a * a + b * b
-    return (local[2] - below) / steep
+    return shallow * (local[2] - below)
 
 
 def gaps(Patches surface, points, patches, bint flat):
@@ -242,7 +243,7 @@ def rows(
     cdef Py_ssize_t size = here.shape[0], k
     cdef double x[3]
     cdef double inward[3]
-    cdef double aside
+    cdef double aside, unit = 1 / radius
     cdef double* p
     cdef double* n
     cdef int m
@@ -256,12 +257,12 @@ def rows(
     with nogil:
         for k in range(size):
             move(into, source.patch[here[k]].point, x)
-            residual[k] = height(&target.patch[there[k]], x, flat, inward, &aside) / radius
+            residual[k] = height(&target.patch[there[k]], x, flat, inward, &aside) * unit
             n, p = &row[k, 3], &point[k, 0]
             turn(out, inward, n)
             move(out, x, p)
             for m in range(3):
-                p[m] = (p[m] - middle[m]) / radius
+                p[m] = (p[m] - middle[m]) * unit
             row[k, 0] = p[1] * n[2] - p[2] * n[1]
             row[k, 1] = p[2] * n[0] - p[0] * n[2]
             row[k, 2] = p[0] * n[1] - p[1] * n[0]
@@ -570,7 +571,7 @@ cdef void fit_one(
     cdef double s40 = 0, s31 = 0, s22 = 0, s13 = 0, s04 = 0
     cdef double h00 = 0, h10 = 0, h01 = 0, h20 = 0, h11 = 0, h02 = 0
     cdef const double* point
-    cdef double most = 0, unit
+    cdef double most = 0, unit, per
     cdef Py_ssize_t found = neighbours(tree, x, count, guess, near), k
     cdef int m
     for k in range(found):
@@ -584,8 +585,9 @@ cdef void fit_one(
         most = aa if aa > most else most
     reach[0] = sqrt(most)
     unit = reach[0] if most > 0 else 1.0
+    per = 1 / unit
     for k in range(found):
-        a, b, h = local[3 * k] / unit, local[3 * k + 1] / unit, local[3 * k + 2]
+        a, b, h = local[3 * k] * per, local[3 * k + 1] * per, local[3 * k + 2]
         aa, ab, bb = a * a, a * b, b * b
         s10, s01, s20, s11, s02 = s10 + a, s01 + b, s20 + aa, s11 + ab, s02 + bb
         s30, s21, s12, s03 = s30 + aa * a, s21 + aa * b, s12 + a * bb, s03 + b * bb

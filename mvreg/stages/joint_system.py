@@ -95,7 +95,11 @@ def rows(
 
 def spread(found: Sequence[Rows]) -> float:
     """The residuals' standard deviation, by their median, in units of the frame's radius."""
-    return MAD * float(np.median(np.abs(np.concatenate([one.residuals for one in found]))))
+    sizes = np.abs(np.concatenate([one.residuals for one in found]))
+    half = len(sizes) // 2
+    sizes.partition(half)  # `np.median` takes three times as long
+    below = sizes[half] if len(sizes) % 2 else sizes[:half].max()
+    return MAD * float(below + sizes[half]) / 2
 
 
 def weight(residuals: Array, width: float) -> Array:
