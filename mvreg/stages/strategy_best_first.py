@@ -12,6 +12,7 @@ import numpy as np
 from mvreg import se3
 from mvreg.errors import InputError, check_positive
 from mvreg.evidence import Meeting, weigh
+from mvreg.evidence_measure import witness
 from mvreg.parallel import in_threads
 from mvreg.stages.best_first_search import Search
 from mvreg.stages.partial_models import PartialModels
@@ -80,6 +81,7 @@ class BestFirst:
         pipeline = pipeline.with_parameters(
             {name: value for name, value in self.search.items() if untouched(pipeline, name)}
         )
+        in_threads(witness, views)  # made ready side by side, not when first weighed
         promises = promise(views, self.radii, self.neighbours)
         models = PartialModels(views)
         search = Search(promises, models, self.parts, self.patience)
@@ -151,9 +153,8 @@ class BestFirst:
             left = waiting = members.tolist()
             met, doubts = models.met_by(left), dict[int, float]()
             while len(left) > 1:
-                doubts.update(
-                    zip(waiting, in_threads(doubt, [met[k] for k in waiting]), strict=True)
-                )
+                weighed = in_threads(doubt, [met[k] for k in waiting])
+                doubts.update(zip(waiting, weighed, strict=True))
                 worst = max(left, key=lambda k: doubts[k])
                 if doubts[worst] <= 1 - self.min_probability:
                     break
@@ -194,7 +195,6 @@ def outcome(models: PartialModels, promises: Array, pairs: Sequence[Pair]) -> Re
         poses = {models.views[k].name: frame @ models.poses[k] for k in order}
         poses[models.views[first].name] = np.eye(4)
         components.append(poses)
-    alone = {int(one[0]) for one in others if len(one) == 1}
-    left = tuple(view.name for k, view in enumerate(models.views) if k in alone)
+    left = tuple(models.views[one[0]].name for one in others if len(one) == 1)
     reference = next(iter(components[0]))
     return Result(reference, components[0], left, tuple(pairs), components=tuple(components[1:]))
