@@ -121,13 +121,6 @@ def test_cell_sums(rng, count, width, edge):
 
 
 @quick
-@given(rngs, st.integers(1, 50))
-def test_box(rng, count):
-    points, motion = rng.normal(size=(count, 3)), near(rng)
-    np.testing.assert_allclose(joint.box(points, motion), plain.box(points, motion), atol=1e-14)
-
-
-@quick
 @given(rngs, st.integers(0, 50))
 def test_farthest(rng, count):
     points, before = rng.normal(size=(count, 3)), near(rng)
@@ -191,8 +184,6 @@ def test_wrong_sizes_are_refused(rng):
     sums = (np.zeros((4, 6)), np.zeros(4), np.zeros(4))
     with pytest.raises(ValueError, match=r"\(M, 6\)"):
         joint.cell_sums(*sums, np.zeros((3, 3)), 1.0, 3.0, np.zeros(3), 1.0, np.ones(3))
-    with pytest.raises(ValueError, match="at least one point"):
-        joint.box(np.zeros((0, 3)), np.eye(4))
     with pytest.raises(ValueError, match="1 to 128 neighbours"):
         joint.fit(Tree(np.zeros((5, 3))), np.zeros((2, 3)), np.zeros((2, 3, 3)), 129, 0.0)
     with pytest.raises(ValueError, match="axes for each of 2"):

@@ -377,31 +377,6 @@ def cell_sums(jacobian, residuals, weights, points, double width, double cut, lo
     return cells, sums
 
 
-def box(points, transform):
-    """The box of points (N, 3) once they are moved: two of its corners (2, 3); N is not zero."""
-    cdef const double[:, ::1] given = floats(points)
-    cdef Motion motion
-    cdef double x[3]
-    cdef Py_ssize_t k
-    cdef int m
-    if given.shape[0] == 0:
-        raise ValueError("expected at least one point")
-    of_array(transform, motion)
-    corners = np.empty((2, 3))
-    cdef double[:, ::1] corner = corners
-    with nogil:
-        move(motion, &given[0, 0], &corner[0, 0])
-        move(motion, &given[0, 0], &corner[1, 0])
-        for k in range(1, given.shape[0]):
-            move(motion, &given[k, 0], x)
-            for m in range(3):
-                if x[m] < corner[0, m]:
-                    corner[0, m] = x[m]
-                if x[m] > corner[1, m]:
-                    corner[1, m] = x[m]
-    return corners
-
-
 def farthest(points, before, after):
     """How far a motion goes from another for any of points (N, 3), at most; 0 for no points."""
     cdef const double[:, ::1] given = floats(points)

@@ -9,7 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from mvreg import se3
-from mvreg.kernels import joint
+from mvreg.kernels import evidence, joint
 from mvreg.parallel import in_threads, slices
 from mvreg.stages.joint_surface import Surface
 from mvreg.surfaces import LEAST_COSINE, near_boxes
@@ -52,8 +52,9 @@ class Gate:
 
 def touching(surfaces: Sequence[Surface], motions: Array, reach: float) -> list[tuple[int, int]]:
     """Pairs i < j of placed scans whose boxes in the model frame come within `reach` (length)."""
-    boxes = [joint.box(s.points, motion) for s, motion in zip(surfaces, motions, strict=True)]
-    return near_boxes(boxes, reach)
+    placed = zip(surfaces, motions, strict=True)
+    corners = [np.stack(evidence.box(s.points, motion)) for s, motion in placed]
+    return near_boxes(corners, reach)
 
 
 def contacts(

@@ -121,12 +121,6 @@ def cell_sums(
     return cells, np.array(sums).reshape(-1, 6)
 
 
-def box(points: Array, transform: Array) -> Array:
-    """The box of points (N, 3) once they are moved: two of its corners (2, 3)."""
-    moved = se3.apply(transform, points)
-    return np.stack([moved.min(axis=0), moved.max(axis=0)])
-
-
 def farthest(points: Array, before: Array, after: Array) -> float:
     """How far a motion goes from another for any of points (N, 3), at most."""
     moves = se3.apply(after, points) - se3.apply(before, points)
