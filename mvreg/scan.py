@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 
 from mvreg import se3
 from mvreg.errors import InputError
+from mvreg.lazy import lazy
 
 if TYPE_CHECKING:
     from mvreg.kernels.tree import Tree
@@ -83,7 +83,7 @@ class Scan:
                 raise InputError(f"scan {self.name!r}: view_direction is the zero vector")
             object.__setattr__(self, "view_direction", self.view_direction / norm)
 
-    @cached_property
+    @lazy
     def tree(self) -> Tree:
         """k-d tree over `points`."""
         from mvreg.nearest import build_tree

@@ -6,11 +6,11 @@ Public as part of `mvreg.types`.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mvreg.lazy import lazy
 from mvreg.scan import Array, Scan
 
 if TYPE_CHECKING:
@@ -68,14 +68,14 @@ class View:
     scale: Scale
     scan: Scan | None = None
 
-    @cached_property
+    @lazy
     def tree(self) -> Tree:
         """k-d tree over `points`."""
         from mvreg.nearest import build_tree
 
         return build_tree(self.points)
 
-    @cached_property
+    @lazy
     def keypoint_tree(self) -> Tree:
         """k-d tree over the keypoints."""
         from mvreg.nearest import build_tree

@@ -8,7 +8,7 @@ from enum import Enum
 import numpy as np
 
 from mvreg import se3
-from mvreg.nearest import mean_spacing, nearest
+from mvreg.nearest import build_tree, mean_spacing, nearest
 from mvreg.types import Array, Features, Indices, Model, Part, Registration, View
 
 
@@ -41,15 +41,18 @@ def moved(view: View, transform: Array) -> View:
 
 def grown(model: Model, part: Part, points: Array, normals: Array, features: Features) -> Model:
     """The model with new contents and one more part."""
-    return Model(
+    tree = build_tree(points)
+    new = Model(
         model.name,
         points,
         normals,
         features,
-        mean_spacing(points),  # d_Q, of the current model
+        mean_spacing(points, tree),  # d_Q, of the current model
         model.scale,
         parts=(*model.parts, part),
     )
+    vars(new)["tree"] = tree  # what the cached property would build again
+    return new
 
 
 def joined(first: Features, second: Features) -> Features:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 
 from mvreg.evidence_measure import witness
 from mvreg.kernels import joint
+from mvreg.lazy import lazy
 from mvreg.nearest import build_tree
 from mvreg.normals import facing_normals
 from mvreg.parallel import in_threads
@@ -90,7 +90,7 @@ class Surface:
     tree: Tree
     oriented: bool
 
-    @cached_property
+    @lazy
     def patches(self) -> joint.Patches:
         """The patches as the compiled kernels ask for them."""
         return joint.Patches(
@@ -98,7 +98,7 @@ class Surface:
             self.whole,
         )  # fmt: skip
 
-    @cached_property
+    @lazy
     def moments(self) -> tuple[Array, float]:
         """The mean of the origins (3,), and the sum of their squared distances from it."""
         middle = self.points.mean(axis=0)
