@@ -70,8 +70,6 @@ def run(
     seconds : dict
         Time per stage, and in all.
     """
-    import scipy.spatial  # noqa: F401 imports are not part of the time
-
     start = time.perf_counter()
     watch = Stopwatch(emit)
     pipeline = method.pipeline.observed_by(watch)

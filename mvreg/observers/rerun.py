@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -159,6 +160,9 @@ def _numbers(event: PairRegistered) -> Entities:
 class RerunObserver:
     """Writes a recording; one per run. View it with ``rerun run.rrd``.
 
+    In a thread of its own, one event after the other, so that a run does not wait for the pictures
+    of it. What fails there is raised on the next event, and on the last at the latest.
+
     Parameters
     ----------
     path : Path
@@ -169,10 +173,20 @@ class RerunObserver:
         self._path = path
         self._seen = Seen()
         self._stream: RecordingStream | None = None
+        self._thread = ThreadPoolExecutor(1, "mvreg-rerun")
+        self._waiting: list[Future[None]] = []
 
     @hookimpl
     def mvreg_event(self, event: Event) -> None:
         """Record one event at the number of its pair."""
+        while self._waiting and self._waiting[0].done():
+            self._waiting.pop(0).result()
+        self._waiting.append(self._thread.submit(self._record, event))
+        if isinstance(event, RunFinished):
+            while self._waiting:
+                self._waiting.pop(0).result()
+
+    def _record(self, event: Event) -> None:
         if isinstance(event, RunStarted):
             self._path.parent.mkdir(parents=True, exist_ok=True)
             self._stream = drawing.open_recording(
@@ -186,11 +200,15 @@ class RerunObserver:
         for path, archetype in shown:
             self._stream.log(path, archetype)
         if isinstance(event, RunFinished):
-            self.close()
+            self._end()
 
-    def close(self) -> None:
-        """Finish the file; may be called twice."""
+    def _end(self) -> None:
         if self._stream is not None:
             self._stream.flush()
             self._stream.disconnect()
             self._stream = None
+
+    def close(self) -> None:
+        """Finish the file; may be called twice."""
+        self._thread.shutdown()
+        self._end()
