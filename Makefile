@@ -53,6 +53,9 @@ kernels := $(wildcard mvreg/kernels/*.pyx mvreg/kernels/*.pxd)
 $(stamp): pyproject.toml $(kernels) $(plugins:%=%/pyproject.toml)
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "mvreg needs Python 3.11 or newer; try: make PYTHON=python3.12" >&2; exit 1; }
+	@command -v "$${CXX:-c++}" >/dev/null || \
+	  { echo "mvreg compiles its kernels and needs a C++ compiler, as c++ or in CXX: g++ or clang" >&2; \
+	    exit 1; }
 	@echo '==> building $(VENV): a download of some hundred megabytes, once'
 	@test -x $(python) || $(PYTHON) -m venv $(VENV) 2>/dev/null || \
 	  { rm -rf $(VENV) && $(PYTHON) -m venv --without-pip $(VENV) && \

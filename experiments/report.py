@@ -22,8 +22,9 @@ from tables import gaps, jobs, table
 
 RESULTS = Path(__file__).resolve().parent / "results"
 IMAGES = (".svg", ".png")
-#: What ``floor.py`` writes; and what is made of the runs of ``bench.py``, where there are any.
-FLOOR, BENCH = "floor.md", "bench.md"
+#: What ``floor.py`` writes; what is made of the runs of ``bench.py``, where there are any; and what
+#: was written by hand of profiles.
+FLOOR, BENCH, PROFILE = "floor.md", "bench.md", "profile.md"
 
 LEGEND = """\
 `false`: scans placed more than 5 degrees off the truth. e_R: mean Frobenius norm of the rotations'
@@ -73,6 +74,8 @@ def main(root: Path = ROOT, out: Path = RESULTS, figures: bool = True) -> None:
         sys.stdout.write(f"{out / BENCH}: {measured} runs\n")
     if (out / BENCH).is_file():
         contents.append(f"| [{bench_page.TITLE}]({BENCH}) | |")
+    if (out / PROFILE).is_file():
+        contents.append(f"| [Where the time goes]({PROFILE}) | |")
     if (out / FLOOR).is_file():
         contents.append(f"| [How far the truth can be trusted]({FLOOR}) | |")
     (out / "README.md").write_text("\n".join(overview(contents)) + "\n", "utf-8")

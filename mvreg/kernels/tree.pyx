@@ -9,7 +9,7 @@ from libc.stdlib cimport free, malloc
 
 import numpy as np
 
-# Points in a leaf, at most: 6 to 12 took the same time.
+# Points in a leaf, at most; and neighbours that can be asked for.
 cdef enum:
     LEAF = 10
     MOST_NEIGHBOURS = 128
