@@ -239,3 +239,14 @@ def test_samples_are_of_three_different_matches(rng):
     assert (np.sort(drawn, axis=1)[:, 1:] > np.sort(drawn, axis=1)[:, :-1]).all()
     counts = np.unique(drawn, axis=0, return_counts=True)[1]
     assert len(counts) == 24 and counts.min() > 80, "every order of every three, about as often"
+
+
+@quick
+@given(rngs, clouds, clouds, st.integers(1, 30), st.integers(1, 40), shares)
+def test_trimmed_icp_comes_to_an_end_whatever_the_points(rng, kind, other, size, count, share):
+    """Also on points that coincide, or lie on the target's."""
+    points, target = cloud(kind, size, rng), cloud(other, count, rng)
+    for bound in (1e-9, 1.0):
+        found = icp.trimmed_icp(Tree(target), points, np.eye(4), bound, 1e-12, share, 3.0, 20, 1e-6)
+        expected = plain_icp.trimmed(target, se3.apply(found[0], points), share, 3.0)
+        assert found[1][3] == pytest.approx(expected[3], rel=1e-6, abs=1e-20)

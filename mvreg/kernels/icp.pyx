@@ -28,6 +28,8 @@ cdef int PATIENCE = 3
 cdef enum:
     MEMORY = 6
 cdef double NARROW = 1.25
+# Squared lengths that are not quite zero.
+cdef double LEAST = 1e-300
 cdef double REGULAR = 1e-9
 
 
@@ -94,17 +96,15 @@ cdef class Pairing:
             self.distance[i] = d if d < self.bound else INFINITY
             return
         self.asked[3 * i], self.asked[3 * i + 1], self.asked[3 * i + 2] = x[0], x[1], x[2]
+        # The old partner must be found again, also where it is not alone, or at no distance.
+        reach = fmin(reach, d * (1 + 1e-9))
         if gone > self.fine:  # it will not hold for the next step, either: ask for less
-            if partner >= 0:
-                squared = fmin(reach, d * (1 + 1e-9)) * fmin(reach, d * (1 + 1e-9))
-            else:
-                squared = reach * reach
+            squared = fmax(reach * reach, LEAST)
             partner = self.tree.find(x, &squared)
             self.others[i] = -INFINITY if partner >= 0 else reach
-        else:
-            # Far enough that the answer holds for a while.
-            reach = fmin(reach, d) + fmax(4 * gone, self.fine)
-            second = reach * reach
+        else:  # far enough that the answer holds for a while
+            reach += fmax(4 * gone, self.fine)
+            second = fmax(reach * reach, LEAST)
             partner = self.tree.find_two(x, &squared, &second)
             self.others[i] = sqrt(second)
         d = sqrt(squared) if partner >= 0 else INFINITY
