@@ -9,8 +9,8 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 from render import Cloud
+from scipy.spatial import cKDTree
 
-from mvreg.nearest import build_tree, nearest
 from mvreg.types import Array
 
 #: In-plane directions, to the right and up, of the slabs across x, y and z, seen from there.
@@ -123,14 +123,14 @@ def spread(cut: Cut, reach: float) -> tuple[Array, Array]:
         Along the normal, to the nearest point of each such scan; the largest of them.
     """
     steep = {name: s for name, s in cut.items() if s.steep.any()}
-    trees = {name: build_tree(s.points[s.steep]) for name, s in steep.items()}
+    trees = {name: cKDTree(s.points[s.steep]) for name, s in steep.items()}
     points, distances = [np.empty((0, 2))], [np.empty(0)]
     for name, own in steep.items():
         here, normals = own.points[own.steep], own.normals[own.steep]
         apart = np.full(len(here), -1.0)
         for other in steep.keys() - {name}:
             target = steep[other]
-            found, partner = nearest(trees[other], here, reach)
+            found, partner = trees[other].query(here, distance_upper_bound=reach)
             met = np.flatnonzero(np.isfinite(found))
             there = np.flatnonzero(target.steep)[partner[met]]
             same = (normals[met] * target.normals[there]).sum(axis=1) > STEEP

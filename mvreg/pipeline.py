@@ -103,20 +103,19 @@ class Pipeline:
         resolutions = in_threads(lambda sample: mean_spacing(sample.points), samples)
         scale = Scale(spacing, float(np.median([r for r in resolutions if r > 0] or [0.0])))
 
-        def described(scan: Scan, sample: Sample, resolution: float) -> tuple[View, float]:
-            begun = time.perf_counter()
+        def described(scan: Scan, sample: Sample, resolution: float) -> View:
             features = self.describe(scan, sample.keypoints, spacing)
             normals = facing_normals(scan, sample.points, features)
-            view = View(scan.name, sample.points, normals, features, resolution, scale, scan)
-            return view, time.perf_counter() - begun
+            return View(scan.name, sample.points, normals, features, resolution, scale, scan)
 
         views = []
         each = list(zip(scans, samples, resolutions, strict=True))
-        for index, (view, describing) in enumerate(one_by_one(lambda one: described(*one), each)):
-            seconds["describe"] = describing
+        before = time.perf_counter()
+        for index, view in enumerate(one_by_one(lambda one: described(*one), each)):
+            seconds["describe"] = time.perf_counter() - before  # others are under way meanwhile
             self.emit(events.ViewPrepared(view, index, len(scans), seconds))
             views.append(view)
-            seconds = {}
+            seconds, before = {}, time.perf_counter()
         return views
 
     def register(
