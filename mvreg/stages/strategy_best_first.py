@@ -59,7 +59,7 @@ class BestFirst:
         they are at their defaults; twice the paper's share of seeds finds one pair in ten more.
     """
 
-    radii: list[float] = field(default_factory=lambda: [0.5, 1.0, 2.0, 3.0])
+    radii: list[float] = field(default_factory=lambda: [1.0, 2.0, 3.0])
     neighbours: int = 5
     parts: int = 3
     patience: int = 10
