@@ -49,7 +49,7 @@ class Evidence:
         How far the overlap asks the source to move to fit best (resolutions, about the root mean
         square of the points' motion); about 0 after a refinement.
     points : int
-        How many points meet.
+        How many points meet; after a rough look, how many would about.
     """
 
     overlap: float
@@ -139,5 +139,5 @@ def weigh(meetings: Sequence[Meeting]) -> Evidence:
         sensor=sensor,
         stability=stability,
         pull=pull,
-        points=points,
+        points=points * max((meeting.step for meeting in meetings), default=1),
     )

@@ -41,6 +41,8 @@ class Witness:
         Some of the view's points, evenly from its list.
     image : RangeImage or None
         What its sensor saw; None where nothing is known of that, nor can be told.
+    rays : Rays or None
+        Those of the image.
     known : bool
         Whether the scan itself says where its sensor was.
     reach : float
@@ -55,6 +57,7 @@ class Witness:
     points: Array
     normals: Array
     image: RangeImage | None
+    rays: evidence.Rays | None
     known: bool
     reach: float
     floor: float
@@ -81,10 +84,9 @@ def _prepare(view: View) -> Witness:
     centre = points.mean(axis=0) if len(points) else np.zeros(3)
     radius = float(np.sqrt(((points - centre) ** 2).sum(axis=1).max(initial=0.0)))
     image = RangeImage.of(view, Sensor.estimated)
-    if image is not None:
-        image.rays(_ray_reach(view))  # sorted now, not when threads ask for it
+    rays = None if image is None else image.rays(_ray_reach(view))
     return Witness(
-        points, view.normals[asked], image, known, reach,
+        points, view.normals[asked], image, rays, known, reach,
         max(_noise_floor(view, reach), LEAST_FLOOR * view.scale.resolution), centre, radius,
     )  # fmt: skip
 
@@ -175,15 +177,25 @@ class Side:
     floor: float
 
 
-def look(moving: View, still: View, T_still_moving: Array) -> Side:
-    """What the points of `moving` show on the surface of `still`."""
+def may_meet(moving: View, still: View, T_still_moving: Array) -> bool:
+    """Whether a look, from the one at the other or back, may find anything."""
+    here, there = witness(moving), witness(still)
+    return evidence.may_meet(
+        here.centre, here.radius, here.rays, there.centre, there.radius, there.rays,
+        T_still_moving, max(here.reach, there.reach),
+    )  # fmt: skip
+
+
+def look(moving: View, still: View, T_still_moving: Array, step: int = 1) -> Side:
+    """What the points of `moving`, every `step`-th of them, show on the surface of `still`."""
     here, there = witness(moving), witness(still)
     reach = _ray_reach(still)
     met, near, consistent, front, sums = evidence.look(
-        still.tree, still.normals, here.points, here.normals, here.centre, here.radius,
+        still.tree, still.normals, here.points[::step], here.normals[::step],
+        here.centre, here.radius,
         T_still_moving, there.reach, LEAST_COSINE,
         moving.features.oriented and still.features.oriented,
-        there.image.rays(reach) if there.image else None, RAYS, TOLERANCE * reach / RAY_REACH,
+        there.rays, RAYS, TOLERANCE * reach / RAY_REACH,
     )  # fmt: skip
     unit = moving.scale.resolution or 1.0
     floor = np.sqrt((here.floor**2 + there.floor**2) / 2) / unit
@@ -191,5 +203,5 @@ def look(moving: View, still: View, T_still_moving: Array) -> Side:
         met, int(met.sum()), near, float(sums[0]) / unit**2, here.centre,
         sums[1:4], float(sums[4]), sums[5:41].reshape(6, 6), sums[41:77].reshape(6, 6),
         sums[77:] / unit, consistent, front,
-        there.image is not None, there.known, float(floor),
+        there.rays is not None, there.known, float(floor),
     )  # fmt: skip

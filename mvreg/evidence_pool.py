@@ -28,12 +28,15 @@ class Meeting:
         The source in a frame that all the meetings weighed together share. Needed only where one
         partial model of several scans meets another: else the one scan that all meetings have in
         common gives the frame.
+    step : int
+        Every so-manieth of the points asked is asked, for a rough look.
     """
 
     source: View
     target: View
     T_target_source: Array
     T_common_source: Array | None = None
+    step: int = 1
     _sides: list[tuple[Side, Side]] = field(default_factory=list, init=False, repr=False)
     _looking: Lock = field(default_factory=Lock, init=False, repr=False)
 
@@ -48,8 +51,8 @@ class Meeting:
                 back = se3.invert(self.T_target_source)
                 self._sides.append(
                     (
-                        look(self.source, self.target, self.T_target_source),
-                        look(self.target, self.source, back),
+                        look(self.source, self.target, self.T_target_source, self.step),
+                        look(self.target, self.source, back, self.step),
                     )
                 )
         return self._sides[0]

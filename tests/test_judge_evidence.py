@@ -7,7 +7,8 @@ import pytest
 
 from mvreg import se3
 from mvreg.errors import InputError
-from mvreg.stages.judge_evidence import EvidenceJudge, distance, meetings, path
+from mvreg.evidence import weigh
+from mvreg.stages.judge_evidence import ROUGH, EvidenceJudge, distance, meetings, path
 from mvreg.testing import blob_scans, blob_views, overlap
 from mvreg.testing.scans import blob_scan, plane_scans, sensor_pose
 from mvreg.testing.views import pipeline, registration
@@ -64,6 +65,30 @@ def test_a_rival_as_probable_makes_it_ambiguous():
     assert not verdict.reliable
     assert verdict.reason.startswith("ambiguous")
     assert verdict.confidence < 0.5
+
+
+def test_a_rough_look_at_a_rival_tells_what_a_whole_one_does():
+    pair, judge = overlap(), EvidenceJudge()
+    for degrees, likely in ((0, True), (1, True), (25, False), (90, False)):
+        pose = turned(degrees, pair.T_target_source)
+        whole = weigh(meetings(pair.source, pair.target, pose))
+        rough = weigh(meetings(pair.source, pair.target, pose, ROUGH))
+        assert rough.plausibility == pytest.approx(whole.plausibility, abs=0.05)
+        assert rough.points == pytest.approx(whole.points, rel=0.2, abs=5 * ROUGH)
+        told = judge.likelihood(pair.source, pair.target, pose)
+        assert told == (whole if likely else rough).plausibility
+
+
+def test_parts_that_cannot_be_met_are_not_asked():
+    pair = overlap()
+    aside = se3.from_parts(np.eye(3), 100 * pair.source.scale.spacing * np.array([0, 0, 1.0]))
+    model = replace(
+        Model.of(pair.target), parts=(Part(pair.target, np.eye(4)), Part(pair.target, aside))
+    )
+    asked = meetings(pair.source, model, pair.T_target_source)
+    assert [meeting.target for meeting in asked] == [pair.target]
+    alone = meetings(pair.source, pair.target, pair.T_target_source)
+    assert weigh(asked) == weigh(alone)
 
 
 def test_a_loop_that_does_not_close_is_seen():

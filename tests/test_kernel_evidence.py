@@ -94,6 +94,63 @@ def test_a_look_at_a_surface(rng, oriented, shift):
     np.testing.assert_array_equal(blind[4], sums)
 
 
+def ball(points):
+    """Centre and radius of a ball around points."""
+    centre = points.mean(axis=0)
+    return centre, float(np.linalg.norm(points - centre, axis=1).max())
+
+
+@quick
+@given(rngs, sensors, sensors, st.sampled_from([0.0, 1.0, 4.0, 20.0]))
+def test_scans_that_may_not_meet_show_nothing_of_each_other(rng, kind, other_kind, shift):
+    moving, still = sheet(rng, 150, 0.0), sheet(rng, 150, 0.0)
+    pose = se3.random(rng, 1.0)
+    pose[:3, 3] = still.mean(axis=0) - pose[:3, :3] @ moving.mean(axis=0)
+    pose[:3, 3] += shift * rng.normal(size=3)
+    own, other = sensor_of(kind, moving, rng), sensor_of(other_kind, still, rng)
+    if evidence.may_meet(
+        *ball(moving), evidence.Rays(moving, *own, 0.2),
+        *ball(still), evidence.Rays(still, *other, 0.2), pose, 0.3,
+    ):  # fmt: skip
+        return
+    there, here = se3.apply(pose, moving), se3.apply(se3.invert(pose), still)
+    assert np.linalg.norm(there[:, None] - still[None], axis=2).min() > 0.3
+    assert np.isnan(plain.nearby(still, *other, 0.2, there, 4)[1]).all()
+    assert np.isnan(plain.nearby(moving, *own, 0.2, here, 4)[1]).all()
+
+
+def test_only_what_is_near_or_in_a_picture_may_meet():
+    points = np.random.default_rng(0).uniform(-1, 1, size=(300, 3))
+    near = evidence.Rays(points, None, np.array([0.0, 0, 10]), 0.1)
+    far = evidence.Rays(points, np.array([0.0, 0, 1]), None, 0.1)
+    for rays in (near, far, None):
+        for place, may in (([0, 0, 5], rays is not None), ([9, 0, 0], False), ([0.5, 0, 0], True)):
+            pose = se3.from_parts(np.eye(3), np.array(place, dtype=float))
+            one, other = (*ball(points), None), (*ball(points), rays)
+            assert evidence.may_meet(*one, *other, pose, 0.1) == may
+            assert evidence.may_meet(*other, *one, se3.invert(pose), 0.1) == may
+    among = se3.from_parts(np.eye(3), np.array([0.0, 0, 10]))  # the points are all about the sensor
+    assert evidence.may_meet(*ball(points), None, *ball(points), near, among, 0.1)
+
+
+@quick
+@given(rngs, sensors, st.sampled_from([0.0, 1.0, 4.0]))
+def test_a_look_into_any_picture(rng, kind, shift):
+    seen, points = sheet(rng, 200, 0.02), sheet(rng, 100, 0.0)
+    pose = se3.random(rng, 1.0)
+    pose[:3, 3] = seen[4:].mean(axis=0) - pose[:3, :3] @ points.mean(axis=0)
+    pose[:3, 3] += shift * rng.normal(size=3)
+    sensor = sensor_of(kind, seen, rng)
+    nothing = Tree(np.empty((0, 3))), np.empty((0, 3))
+    _, _, consistent, front, _ = evidence.look(
+        *nothing, points, np.ones_like(points), *ball(points), pose, 0.1, 0.7, True,
+        evidence.Rays(seen, *sensor, 0.2), 4, 0.1,
+    )  # fmt: skip
+    height, low, high = plain.nearby(seen, *sensor, 0.2, se3.apply(pose, points), 4)
+    assert front == (height > high + 0.1).sum()
+    assert consistent == ((height <= high + 0.1) & (height >= low - 0.1)).sum()
+
+
 @quick
 @given(rngs, st.sampled_from([0.0, 1.0, 100.0]), st.sampled_from([0.0, 0.5, 3.0]))
 def test_touch(rng, shift, reach):

@@ -25,6 +25,16 @@ def look(
     most_rays: int,
     tolerance: float,
 ) -> tuple[NDArray[np.bool_], int, int, int, Array]: ...
+def may_meet(
+    centre: Array,
+    radius: float,
+    rays: Rays | None,
+    other_centre: Array,
+    other_radius: float,
+    other_rays: Rays | None,
+    transform: Array,
+    reach: float,
+) -> bool: ...
 def touch(
     tree: Tree,
     planes: Array,

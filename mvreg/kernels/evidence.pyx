@@ -291,13 +291,23 @@ cdef class Rays:
     cdef bint beside(self, const double* x, double radius) noexcept nogil:
         """Whether any ray may answer for a point within a radius of another; True if in doubt."""
         cdef Ray one
+        cdef double away[3]
+        cdef double length, sine
         cdef int axis
         if self.rays.size() == 0:
             return False
-        if self.central:  # a ball may be seen under any angle
-            return True
+        radius *= 1 + 1e-9
+        if self.central:
+            for axis in range(3):
+                away[axis] = x[axis] - self.origin[axis]
+            length = norm(away)
+            if length <= radius:  # the ball is seen under any angle
+                return True
+            sine = radius / length  # of the angle between the ball's middle and its edge
+            radius = self.distance * sine * sqrt(2 / (1 + sqrt(1 - sine * sine)))  # their chord
+            radius *= 1 + 1e-9
         self.project(x, &one)
-        radius = radius * (1 + 1e-9) + self.reach
+        radius += self.reach
         for axis in range(2):
             if one.x[axis] < self.least[axis] - radius or one.x[axis] > self.most[axis] + radius:
                 return False
@@ -500,6 +510,44 @@ cdef bint add(
             total[41 + 6 * j + k] += second[j] * second[k]
         total[77 + j] += height * second[j]
     return True
+
+
+def may_meet(
+    centre, double radius, Rays rays, other_centre, double other_radius, Rays other_rays,
+    transform, double reach
+):
+    """Whether `look` could find anything either way between two scans; True if in doubt.
+
+    Parameters
+    ----------
+    centre, radius, rays
+        Of the scan that moves: a ball around its points, and what its sensor saw.
+    other_centre, other_radius, other_rays
+        Of the still scan.
+    transform : (4, 4) array
+        ``T_still_moving``.
+    reach : float
+        As in `look`, the larger one of the two scans (length).
+    """
+    cdef const double[::1] own = np.ascontiguousarray(centre, dtype=np.float64)
+    cdef const double[::1] other = np.ascontiguousarray(other_centre, dtype=np.float64)
+    cdef double x[3]
+    cdef double y[3]
+    cdef double gap
+    cdef int k
+    cdef Motion motion
+    of_array(transform, motion)
+    move(motion, &own[0], x)
+    gap = 0
+    for k in range(3):
+        y[k] = other[k] - motion[9 + k]
+        gap += (x[k] - other[k]) * (x[k] - other[k])
+    if sqrt(gap) <= (radius + other_radius) * (1 + 1e-9) + reach:
+        return True
+    if other_rays is not None and other_rays.beside(x, radius):
+        return True
+    turn_back(motion, y, x)
+    return rays is not None and rays.beside(x, other_radius)
 
 
 def touch(Tree tree, planes, points, normals, transform, double reach, double least_cosine):

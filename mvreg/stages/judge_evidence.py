@@ -10,16 +10,23 @@ import numpy as np
 from mvreg import se3
 from mvreg.errors import InputError, check_positive
 from mvreg.evidence import AGREED, Evidence, Meeting, weigh
+from mvreg.evidence_measure import may_meet
 from mvreg.types import Array, Model, Registration, Verdict, View
 
+#: A rival is looked at with every so-manieth point first. If it is less probable than this share of
+#: what would make it one, that is all: on the Stanford scans the two looks differ by 0.001 at most.
+ROUGH, FAR = 8, 0.1
 
-def meetings(source: View, target: View, T_target_source: Array) -> list[Meeting]:
-    """Of a scan with a view: with every part of it, if it is a model that has parts."""
+
+def meetings(source: View, target: View, T_target_source: Array, step: int = 1) -> list[Meeting]:
+    """Of a scan with a view: with every part that it may meet, if it is a model that has parts."""
     if not isinstance(target, Model) or not target.parts:
-        return [Meeting(source, target, T_target_source)]
+        return [Meeting(source, target, T_target_source, step=step)]
+    homes = se3.invert(np.stack([part.T_model_scan for part in target.parts]))
     return [
-        Meeting(source, part.view, se3.invert(part.T_model_scan) @ T_target_source)
-        for part in target.parts
+        Meeting(source, part.view, pose, step=step)
+        for part, pose in zip(target.parts, homes @ T_target_source, strict=True)
+        if may_meet(source, part.view, pose)
     ]
 
 
@@ -146,11 +153,19 @@ class EvidenceJudge:
         """The probability of the best of the clearly different poses, taken by itself."""
         return max(
             (
-                weigh(meetings(source, target, pose)).plausibility
+                self.likelihood(source, target, pose)
                 for pose in self.different(registration, source)
             ),
             default=0.0,
         )
+
+    def likelihood(self, source: View, target: View, T_target_source: Array) -> float:
+        """How plausible a rival is: told roughly, if it is far from being one."""
+        for step in (ROUGH, 1):
+            likely = weigh(meetings(source, target, T_target_source, step)).plausibility
+            if likely < FAR * self.max_rival:
+                break
+        return likely
 
     def different(self, registration: Registration, source: View) -> list[Array]:
         """The rivals that are clearly different from the pose."""
