@@ -10,6 +10,7 @@ import mvreg
 from mvreg import parallel, se3
 from mvreg.errors import InputError
 from mvreg.evaluate import pose_errors
+from mvreg.stages import joint_matrix
 from mvreg.stages.joint import JointRefinement
 from mvreg.stages.joint_contacts import Gate, contacts, touching
 from mvreg.stages.joint_surface import surfaces
@@ -74,6 +75,36 @@ def test_threads_do_not_change_a_bit(monkeypatch):
         monkeypatch.setattr(parallel, "threads", lambda count=count: count)
         answers.append(digest(refine(start)))
     assert answers[0] == answers[1]
+
+
+def test_few_poses_are_solved_for_as_many_are(monkeypatch):
+    few = refine(spoilt(truth(), views(), 2, 1))
+    monkeypatch.setattr(joint_matrix, "FEW", 0)
+    many = refine(spoilt(truth(), views(), 2, 1))
+    for name, pose in few.poses.items():
+        np.testing.assert_allclose(many.poses[name], pose, atol=1e-9 * np.abs(pose).max())
+    for name, covariance in few.covariances.items():
+        np.testing.assert_allclose(
+            many.covariances[name], covariance, atol=1e-7 * np.abs(covariance).max()
+        )
+
+
+@pytest.mark.parametrize("few", [0, 4])
+def test_blocks_add_up_where_they_fall(monkeypatch, few, rng):
+    monkeypatch.setattr(joint_matrix, "FEW", few)
+    blocks, where = rng.normal(size=(9, 2, 6)), rng.integers(3, size=(9, 2))
+    expected = np.zeros((6, 18))
+    for block, (row, column) in zip(blocks, where, strict=True):
+        expected[2 * row : 2 * row + 2, 6 * column : 6 * column + 6] += block
+    found = joint_matrix.of_blocks(blocks, where[:, 0], where[:, 1], (3, 3))
+    assert isinstance(found, np.ndarray) == bool(few)
+    np.testing.assert_allclose(joint_matrix.some_columns(found, 4, 9), expected[:, 4:9], rtol=1e-12)
+    square = found.T @ found
+    right = rng.normal(size=(18, 2))
+    damped = expected.T @ expected
+    damped += 1e-3 * damped.diagonal().mean() * np.eye(18)
+    solved = joint_matrix.solver(square, 1e-3)(right)
+    np.testing.assert_allclose(damped @ solved, right, atol=1e-9)
 
 
 def test_the_reference_is_held_whichever_it_is():

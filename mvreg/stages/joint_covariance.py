@@ -9,6 +9,7 @@ import numpy as np
 
 from mvreg.kernels import joint
 from mvreg.stages.joint_contacts import in_parts
+from mvreg.stages.joint_matrix import of_blocks, some_columns
 from mvreg.stages.joint_system import CUT, Frame, Rows, System, curvature, weight
 from mvreg.types import Array
 
@@ -44,7 +45,7 @@ def covariances(
     """
     cells = _cell_gradients(found, system, width, cell)
     count, unknowns = cells.shape
-    ratio, blocks = _inverse(system, (cells.T @ cells).tocsc())
+    ratio, blocks = _inverse(system, cells.T @ cells)
     # A robust optimum is flatter than its weights say (Huber 1981, Section 7.6); and residuals
     # shrink by what the unknowns take out of them.
     flatter = _total(found, width, weight) / max(_total(found, width, curvature), 1e-12)
@@ -58,16 +59,16 @@ def covariances(
 def _inverse(system: System, sums: Any) -> tuple[float, list[Array]]:
     """Of the inverse of the normal equations: the trace of its product with `sums`, and its blocks.
 
-    `sums` is sparse, (6 F, 6 F); the blocks (6, 6) are those on the diagonal.
+    `sums` is (6 F, 6 F); the blocks (6, 6) are those on the diagonal.
     """
-    solver, unknowns = system.factor(), len(system.gradient)
+    solve, unknowns = system.solver(), len(system.gradient)
     trace, blocks = 0.0, list[Array]()
     for start in range(0, unknowns, BATCH):
         stop = min(start + BATCH, unknowns)
         unit = np.zeros((unknowns, stop - start))
         unit[start:stop] = np.eye(stop - start)
-        columns = solver.solve(unit)
-        trace += float((columns * sums[:, start:stop].toarray()).sum())
+        columns = solve(unit)
+        trace += float((columns * some_columns(sums, start, stop)).sum())
         blocks += [columns[k : k + 6, k - start : k - start + 6] for k in range(start, stop, 6)]
     return trace, blocks
 
@@ -77,9 +78,7 @@ def _total(found: Sequence[Rows], width: float, kernel: Callable[[Array, float],
 
 
 def _cell_gradients(found: Sequence[Rows], system: System, width: float, cell: float) -> Any:
-    """Sparse (G, 6 F): the gradient of every cell's residuals."""
-    from scipy.sparse import coo_matrix
-
+    """(G, 6 F): the gradient of every cell's residuals, see `mvreg.stages.joint_matrix`."""
     low = np.min([one.points.min(axis=0) for one in found], axis=0)
     high = np.max([one.points.max(axis=0) for one in found], axis=0)
     across = np.floor((high - low) / cell).astype(np.int64) + 1
@@ -95,8 +94,7 @@ def _cell_gradients(found: Sequence[Rows], system: System, width: float, cell: f
             if k in system.place:
                 keys.append(key)
                 values.append(sign * slopes)
-                columns.append(np.tile(6 * system.place[k] + np.arange(6), (len(key), 1)))
+                columns.append(np.full(len(key), system.place[k]))
     _, where = np.unique(np.concatenate(keys), return_inverse=True)
-    entries = (np.repeat(where, 6), np.concatenate(columns).ravel())
-    shape = (int(where.max()) + 1, len(system.gradient))
-    return coo_matrix((np.concatenate(values).ravel(), entries), shape=shape).tocsr()
+    shape = int(where.max()) + 1, len(system.place)
+    return of_blocks(np.concatenate(values)[:, None], where, np.concatenate(columns), shape)

@@ -13,6 +13,7 @@ from mvreg.stages.joint_contacts import Contacts, Gate, contacts, touching
 from mvreg.stages.joint_covariance import covariances
 from mvreg.stages.joint_surface import Surface
 from mvreg.stages.joint_system import CUT, Frame, Rows, System, rows, spread
+from mvreg.stages.view_graph import reachable
 from mvreg.types import Array, Link
 
 #: The phases, from far off to the end: contacts of every n-th sample, on planes or on curved
@@ -86,18 +87,11 @@ class Solver:
 
     def held(self, motions: Array, gate: Gate) -> tuple[list[Contacts], list[int]]:
         """Contacts of all that hangs together with the fixed scan, and what may move of it."""
-        from scipy.sparse import coo_matrix
-        from scipy.sparse.csgraph import connected_components
-
         pairs = touching(self.surfaces, motions, gate.reach)
         found = contacts(self.surfaces, motions, pairs, gate)
-        ends = np.array([(one.i, one.j) for one in found], dtype=np.intp).reshape(-1, 2)
-        size = len(self.surfaces)
-        graph = coo_matrix((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(size, size))
-        _, part = connected_components(graph, directed=False)
-        joined = part == part[self.fixed]
-        free = [k for k in range(size) if joined[k] and k != self.fixed]
-        return [one for one in found if joined[one.i]], free
+        joined = reachable(((one.i, one.j) for one in found), self.fixed)
+        free = sorted(joined - {self.fixed})
+        return [one for one in found if one.i in joined], free
 
     def width(self, residuals: Sequence[Rows], frame: Frame) -> float:
         """The kernel's width, in the frame's radius."""

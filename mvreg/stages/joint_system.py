@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 from mvreg import se3
 from mvreg.kernels import joint
 from mvreg.stages.joint_contacts import Contacts, in_parts
+from mvreg.stages.joint_matrix import of_blocks, solver
 from mvreg.stages.joint_surface import Surface
 from mvreg.stages.plane_icp import about
 from mvreg.types import Array
@@ -123,7 +124,8 @@ def curvature(residuals: Array, width: float) -> Array:
 class System:
     """Normal equations ``normal @ unknowns = -gradient`` over the poses that are free.
 
-    `normal` is sparse, (6 F, 6 F); `place` maps positions of scans to those among the free ones.
+    `normal` is (6 F, 6 F), see `mvreg.stages.joint_matrix`; `place` maps positions of scans to
+    those among the free ones.
     """
 
     normal: Any
@@ -133,8 +135,6 @@ class System:
     @classmethod
     def of(cls, found: Sequence[Rows], free: Sequence[int], width: float) -> System:
         """Sum over all rows, each with its weight and the kernel's."""
-        from scipy.sparse import coo_matrix
-
         place = {k: index for index, k in enumerate(free)}
         gradient = np.zeros((len(free), 6))
         where: list[tuple[int, int]] = []
@@ -154,25 +154,16 @@ class System:
             if one.i in place and one.j in place:
                 where += [(place[one.i], place[one.j]), (place[one.j], place[one.i])]
                 made += [-block, -block]
+        corners = np.array(where, dtype=np.intp).reshape(-1, 2)
         blocks = np.array(made).reshape(-1, 6, 6)
-        corner = 6 * np.array(where, dtype=np.intp).reshape(-1, 2)
-        across, down = np.meshgrid(np.arange(6), np.arange(6))
-        entries = (
-            blocks.ravel(),
-            ((corner[:, :1, None] + down).ravel(), (corner[:, 1:, None] + across).ravel()),
-        )
-        size = 6 * len(free)
-        return cls(coo_matrix(entries, shape=(size, size)).tocsc(), gradient.ravel(), place)
+        normal = of_blocks(blocks, corners[:, 0], corners[:, 1], (len(free), len(free)))
+        return cls(normal, gradient.ravel(), place)
 
-    def factor(self) -> Any:
-        """SciPy's sparse LU of the damped equations."""
-        from scipy.sparse import identity
-        from scipy.sparse.linalg import splu
-
-        mean = self.normal.diagonal().mean() or 1.0
-        return splu((self.normal + DAMPING * mean * identity(len(self.gradient))).tocsc())
+    def solver(self) -> Callable[[Array], Array]:
+        """What solves the damped equations for right sides (6 F,) or (6 F, r)."""
+        return solver(self.normal, DAMPING)
 
     def step(self) -> Array:
         """The unknowns (F, 6)."""
-        found: Array = -self.factor().solve(self.gradient).reshape(-1, 6)
+        found: Array = -self.solver()(self.gradient).reshape(-1, 6)
         return found

@@ -11,7 +11,7 @@ import numpy as np
 from mvreg import se3
 from mvreg.errors import InputError, check_positive
 from mvreg.stages import mixture_em
-from mvreg.stages.view_graph import overlaps
+from mvreg.stages.view_graph import overlaps, reachable
 from mvreg.types import Array, Result, View
 
 if TYPE_CHECKING:
@@ -94,15 +94,12 @@ class JointMixture:
 
     def joined(self, result: Result, placed: Sequence[View]) -> list[View]:
         """The views that touch the reference, or each other on the way to it, itself included."""
-        from scipy.sparse.csgraph import connected_components
-
         names = [view.name for view in placed]
         if result.reference not in names:
             return []
         touching = overlaps(result.poses, placed) > self.min_overlap
-        _, group = connected_components(touching, directed=False)
-        own = group[names.index(result.reference)]
-        return [view for view, number in zip(placed, group, strict=True) if number == own]
+        pairs = ((int(i), int(j)) for i, j in np.argwhere(touching))
+        return [placed[k] for k in sorted(reachable(pairs, names.index(result.reference)))]
 
     def registered(self, result: Result, joined: Sequence[View]) -> dict[str, Array]:
         """The poses that the mixture gives, in the reference's frame."""

@@ -61,7 +61,7 @@ class LowRankSparse:
             return result
         edges = view_graph.edges(result, placed, pipeline.refine, self.min_overlap)
         reference = names.index(result.reference)
-        joined = sorted(view_graph.reachable(edges, reference))
+        joined = sorted(view_graph.reachable(((e.i, e.j) for e in edges), reference))
         edges = [
             replace(edge, i=joined.index(edge.i), j=joined.index(edge.j))
             for edge in edges

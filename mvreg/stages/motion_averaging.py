@@ -54,7 +54,7 @@ def average(
     moved : set of int
         Those that have such a path, without the reference.
     """
-    moved = view_graph.reachable(edges, reference) - {reference}
+    moved = view_graph.reachable(((e.i, e.j) for e in edges), reference) - {reference}
     used = [k for k, edge in enumerate(edges) if edge.i in moved or edge.j in moved]
     if not used:
         return motions, set()

@@ -128,12 +128,12 @@ def overlaps(poses: Mapping[str, Array], views: Sequence[View]) -> Array:
     return shares
 
 
-def reachable(edges: Iterable[Edge], start: int) -> set[int]:
-    """The views joined to view `start` by a path of edges, itself included."""
+def reachable(pairs: Iterable[tuple[int, int]], start: int) -> set[int]:
+    """What is joined to `start` by a chain of pairs, itself included."""
     joined: dict[int, set[int]] = {}
-    for edge in edges:
-        joined.setdefault(edge.i, set()).add(edge.j)
-        joined.setdefault(edge.j, set()).add(edge.i)
+    for i, j in pairs:
+        joined.setdefault(i, set()).add(j)
+        joined.setdefault(j, set()).add(i)
     found, waiting = {start}, [start]
     while waiting:
         new = joined.get(waiting.pop(), set()) - found

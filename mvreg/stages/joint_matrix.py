@@ -1,0 +1,67 @@
+"""Matrices over the unknowns of all poses: dense for few poses, SciPy's sparse ones for many."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from mvreg.types import Array, Indices
+
+#: So many poses are few: they are solved for in less time than it takes to import `scipy.sparse`.
+FEW = 32
+
+
+def of_blocks(blocks: Array, rows: Indices, columns: Indices, shape: tuple[int, int]) -> Any:
+    """The matrix of blocks that add up where they fall on each other.
+
+    Parameters
+    ----------
+    blocks : (B, h, w) array
+    rows, columns : (B,) arrays
+        Where each one is, counted in blocks.
+    shape : (int, int)
+        Of the matrix, counted in blocks; one column for each pose.
+
+    Returns
+    -------
+    array or scipy.sparse.csc_matrix
+        With `shape` times (h, w) rows and columns.
+    """
+    high, wide = blocks.shape[1:]
+    size = shape[0] * high, shape[1] * wide
+    if shape[1] <= FEW:
+        sums = np.zeros((*shape, high, wide))
+        np.add.at(sums, (rows, columns), blocks)
+        return np.ascontiguousarray(np.swapaxes(sums, 1, 2)).reshape(size)
+    from scipy.sparse import coo_matrix
+
+    down, across = np.meshgrid(np.arange(high), np.arange(wide), indexing="ij")
+    places = high * rows[:, None, None] + down, wide * columns[:, None, None] + across
+    entries = blocks.ravel(), tuple(place.ravel() for place in places)
+    return coo_matrix(entries, shape=size).tocsc()
+
+
+def solver(matrix: Any, damping: float) -> Callable[[Array], Array]:
+    """What solves for right sides (n,) or (n, r), once `damping` times its mean is on the diagonal.
+
+    SciPy's sparse LU is factored once.
+    """
+    added = damping * (matrix.diagonal().mean() or 1.0)
+    size = matrix.shape[0]
+    if isinstance(matrix, np.ndarray):
+        return partial(np.linalg.solve, matrix + added * np.eye(size))
+    from scipy.sparse import identity
+    from scipy.sparse.linalg import splu
+
+    solve: Callable[[Array], Array] = splu((matrix + added * identity(size)).tocsc()).solve
+    return solve
+
+
+def some_columns(matrix: Any, start: int, stop: int) -> Array:
+    """Columns from `start` up to `stop` (not included) as an array."""
+    columns = matrix[:, start:stop]
+    found: Array = columns if isinstance(columns, np.ndarray) else columns.toarray()
+    return found
