@@ -80,12 +80,14 @@ def registered(spec: Mapping[str, Any], scanset: ScanSet) -> dict[str, Any]:
     from bench_free import let_loose, plain
 
     from mvreg.events import ignore
+    from mvreg.parallel import quick_turns
     from mvreg.report import pair_seconds
     from mvreg.run import load_method, run
 
     name, rng = str(spec["method"]), np.random.default_rng(int(spec.get("rng", 0)))
     let_loose(name)
     method = load_method(plain(name))
+    quick_turns()  # as the command line does
     known = set(sys.modules)
     result, _, seconds = run(scanset.scans, method, rng, ignore)
     late = sorted(set(sys.modules) - known)

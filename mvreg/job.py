@@ -10,6 +10,7 @@ import numpy as np
 
 from mvreg import plugins
 from mvreg.events import Event, RunFinished, RunStarted
+from mvreg.parallel import quick_turns
 from mvreg.run import method_from, run
 from mvreg.types import Result, ScanSet
 
@@ -32,6 +33,7 @@ def run_job(config: DictConfig, folder: Path) -> Result:
     from mvreg.report import build_report
     from mvreg.report_file import load_report
 
+    quick_turns()
     plain: dict[str, Any] = OmegaConf.to_container(config, resolve=True, enum_to_str=True)  # type: ignore[assignment]
     method = method_from(config)
     start = time.perf_counter()

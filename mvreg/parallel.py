@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
@@ -12,6 +13,10 @@ from typing import TypeVar
 
 Item = TypeVar("Item")
 Answer = TypeVar("Answer")
+
+#: Seconds that a thread waits for the interpreter before it asks another for it. Python's 5 ms are
+#: as long as several kernels; with this the Bunny takes 5 to 10 per cent less, 1 ms helps less.
+TURN = 2e-4
 
 #: Known to each thread by itself: whether it is one of those that work here.
 INSIDE = local()
@@ -25,6 +30,14 @@ def threads() -> int:
     """
     wanted = os.environ.get("OMP_NUM_THREADS", "").partition(",")[0].strip()
     return int(wanted) if wanted.isdecimal() and int(wanted) > 0 else os.cpu_count() or 1
+
+
+def quick_turns() -> None:
+    """Let the threads of this process take turns at the interpreter more often.
+
+    For a process of one's own, such as that of the command line: it holds for all its threads.
+    """
+    sys.setswitchinterval(TURN)
 
 
 def in_threads(function: Callable[[Item], Answer], items: Sequence[Item]) -> list[Answer]:
