@@ -176,7 +176,7 @@ cdef class Tree:
         cdef Py_ssize_t best = -1, node = 1, i, last
         cdef Py_ssize_t waiting[128]
         cdef double gaps[128]
-        cdef double least = squared[0], left, right, gap, d
+        cdef double least = squared[0], gap, d
         cdef int held = 0
         cdef Entry* entry
         if self.n == 0:
@@ -184,24 +184,8 @@ cdef class Tree:
         gap = box_distance(&self.boxes[6], x)
         while True:
             if gap < least:
-                while node < self.leaves:
-                    left = box_distance(&self.boxes[12 * node], x)
-                    right = box_distance(&self.boxes[12 * node + 6], x)
-                    node *= 2
-                    if right < left:
-                        if left < least:
-                            waiting[held], gaps[held] = node, left
-                            held += 1
-                        node += 1
-                        gap = right
-                    else:
-                        if right < least:
-                            waiting[held], gaps[held] = node + 1, right
-                            held += 1
-                        gap = left
-                    if gap >= least:
-                        break
-                if node >= self.leaves and gap < least:
+                node = descend(self, x, least, node, waiting, gaps, &held)
+                if node:
                     i = (self.n * (node - self.leaves)) >> self.depth
                     last = (self.n * (node - self.leaves + 1)) >> self.depth
                     while i < last:
@@ -239,7 +223,7 @@ cdef class Tree:
         cdef Py_ssize_t node = 1, i, last
         cdef Py_ssize_t waiting[128]
         cdef double gaps[128]
-        cdef double least = squared[k - 1], left, right, gap, d
+        cdef double least = squared[k - 1], gap, d
         cdef int held = 0, found = 0, place
         cdef Entry* entry
         if self.n == 0:
@@ -247,24 +231,8 @@ cdef class Tree:
         gap = box_distance(&self.boxes[6], x)
         while True:
             if gap < least:
-                while node < self.leaves:
-                    left = box_distance(&self.boxes[12 * node], x)
-                    right = box_distance(&self.boxes[12 * node + 6], x)
-                    node *= 2
-                    if right < left:
-                        if left < least:
-                            waiting[held], gaps[held] = node, left
-                            held += 1
-                        node += 1
-                        gap = right
-                    else:
-                        if right < least:
-                            waiting[held], gaps[held] = node + 1, right
-                            held += 1
-                        gap = left
-                    if gap >= least:
-                        break
-                if node >= self.leaves and gap < least:
+                node = descend(self, x, least, node, waiting, gaps, &held)
+                if node:
                     i = (self.n * (node - self.leaves)) >> self.depth
                     last = (self.n * (node - self.leaves + 1)) >> self.depth
                     while i < last:
@@ -287,6 +255,35 @@ cdef class Tree:
                 return found
             held -= 1
             node, gap = waiting[held], gaps[held]
+
+
+cdef inline Py_ssize_t descend(
+    Tree tree, const double* x, double least, Py_ssize_t node, Py_ssize_t* waiting, double* gaps,
+    int* held
+) noexcept nogil:
+    """The leaf below a node that is always on the nearer side; 0 if that is no nearer than `least`.
+
+    The farther sides that are near enough are left waiting, with their squared distances.
+    """
+    cdef double left, right
+    while node < tree.leaves:
+        left = box_distance(&tree.boxes[12 * node], x)
+        right = box_distance(&tree.boxes[12 * node + 6], x)
+        node *= 2
+        if right < left:
+            if right >= least:
+                return 0
+            if left < least:
+                waiting[held[0]], gaps[held[0]] = node, left
+                held[0] += 1
+            node += 1
+        else:
+            if left >= least:
+                return 0
+            if right < least:
+                waiting[held[0]], gaps[held[0]] = node + 1, right
+                held[0] += 1
+    return node
 
 
 cdef double squared_bound(double bound) noexcept nogil:
