@@ -187,6 +187,11 @@ def test_box(rng, count):
         np.testing.assert_allclose(one, other, atol=1e-12)
 
 
+def test_a_motion_has_four_rows_and_columns():
+    with pytest.raises(ValueError, match=r"expected a motion \(4, 4\), got \(3, 3\)"):
+        evidence.box(np.zeros((2, 3)), np.eye(3))
+
+
 @quick
 @given(rngs, st.integers(1, 400), st.sampled_from([0.02, 0.2, 3.0]))
 def test_hidden(rng, count, cell):

@@ -13,7 +13,7 @@ from libc.stdint cimport int64_t, uint64_t
 from libcpp.algorithm cimport sort
 from libcpp.vector cimport vector
 
-from mvreg.kernels.linear cimport Motion, move
+from mvreg.kernels.linear cimport Motion, cross, move, norm, of_array, turn
 from mvreg.kernels.tree cimport Tree, box_distance
 
 import numpy as np
@@ -358,31 +358,6 @@ cdef void frame_of(const double* direction, double* frame) noexcept nogil:
     cross(&frame[6], frame, &frame[3])
 
 
-cdef inline double norm(const double* x) noexcept nogil:
-    return sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2])
-
-
-cdef inline void cross(const double* a, const double* b, double* product) noexcept nogil:
-    product[0] = a[1] * b[2] - a[2] * b[1]
-    product[1] = a[2] * b[0] - a[0] * b[2]
-    product[2] = a[0] * b[1] - a[1] * b[0]
-
-
-cdef void of_array(transform, double* motion) except *:
-    cdef const double[:, ::1] given = np.ascontiguousarray(transform, dtype=np.float64)
-    cdef int i, j
-    for i in range(3):
-        for j in range(3):
-            motion[3 * i + j] = given[i, j]
-        motion[9 + i] = given[i, 3]
-
-
-cdef inline void turn(const double* motion, const double* x, double* turned) noexcept nogil:
-    cdef int i
-    for i in range(3):
-        turned[i] = motion[3 * i] * x[0] + motion[3 * i + 1] * x[1] + motion[3 * i + 2] * x[2]
-
-
 cdef inline void turn_back(const double* motion, const double* x, double* turned) noexcept nogil:
     cdef int i
     for i in range(3):
@@ -441,7 +416,7 @@ def look(
     cdef double x[3]
     cdef double squared, height, low, high
     cdef Motion motion
-    of_array(transform, motion)
+    of_array(np.ascontiguousarray(transform, dtype=np.float64), motion)
     check_rays(most_rays)
     flags, sums = np.zeros(count, dtype=np.uint8), np.zeros(SUMS)
     cdef unsigned char[::1] met = flags
@@ -571,7 +546,7 @@ def touch(Tree tree, planes, points, normals, transform, double reach, double le
     cdef double squared, cosine
     cdef const double* plane
     cdef Motion motion
-    of_array(transform, motion)
+    of_array(np.ascontiguousarray(transform, dtype=np.float64), motion)
     which, heights = np.empty(count, dtype=np.intp), np.empty(count)
     cdef Py_ssize_t[::1] place = which
     cdef double[::1] height = heights
@@ -602,7 +577,7 @@ def box(points, transform):
     cdef double x[3]
     cdef int k
     cdef Motion motion
-    of_array(transform, motion)
+    of_array(np.ascontiguousarray(transform, dtype=np.float64), motion)
     lowest, highest = np.full(3, np.inf), np.full(3, -np.inf)
     cdef double[::1] low = lowest, high = highest
     with nogil:

@@ -14,7 +14,7 @@ from libcpp.utility cimport pair
 from libcpp.vector cimport vector
 
 from mvreg.kernels.linear cimport (
-    Motion, compose, exponential, kabsch, move, solve, squared_gap, turn_of,
+    Motion, compose, exponential, kabsch, move, of_array, solve, squared_gap, to_array, turn_of,
 )
 from mvreg.kernels.tree cimport Tree
 
@@ -254,7 +254,7 @@ def trimmed_icp(
     cdef double previous = INFINITY
     cdef int iteration = 0
     cdef bint still = False, bold = False
-    of_array(transform, motion)
+    of_array(np.ascontiguousarray(transform, dtype=np.float64), motion)
     copy(motion, plain)
     with nogil:
         while True:
@@ -511,7 +511,7 @@ def plane_icp(
     cdef Motion motion, best, step, following
     cdef double psi, least_psi
     cdef int iteration = 0, waited = 0
-    of_array(transform, motion)
+    of_array(np.ascontiguousarray(transform, dtype=np.float64), motion)
     with nogil:
         pairing.pair(motion)
         least_psi = plane_psi(pairing, planes, exponent)
@@ -540,21 +540,7 @@ cdef void copy(const double* motion, double* other) noexcept nogil:
         other[m] = motion[m]
 
 
-cdef void of_array(transform, double* motion) except *:
-    cdef const double[:, ::1] given = np.ascontiguousarray(transform, dtype=np.float64)
-    cdef int i, j
-    for i in range(3):
-        for j in range(3):
-            motion[3 * i + j] = given[i, j]
-        motion[9 + i] = given[i, 3]
-
-
 cdef as_array(const double* motion):
     transform = np.eye(4)
-    cdef double[:, ::1] view = transform
-    cdef int i, j
-    for i in range(3):
-        for j in range(3):
-            view[i, j] = motion[3 * i + j]
-        view[i, 3] = motion[9 + i]
+    to_array(motion, transform)
     return transform

@@ -10,7 +10,7 @@ from libcpp.algorithm cimport nth_element, sort
 from libcpp.utility cimport pair
 from libcpp.vector cimport vector
 
-from mvreg.kernels.linear cimport Motion, move, solve, squared_gap
+from mvreg.kernels.linear cimport Motion, cross, move, of_array, solve, squared_gap, turn
 from mvreg.kernels.tree cimport Tree, box_distance
 
 import numpy as np
@@ -175,7 +175,7 @@ def contacts(
     cdef const Patch* here
     if stride < 1:
         raise ValueError(f"expected a stride of 1 or more, got {stride}")
-    of_array(transform, motion)
+    of_array(floats(transform), motion)
     with nogil:
         for k in range((source.size + stride - 1) // stride):
             here = &source.patch[stride * k]
@@ -253,7 +253,7 @@ def rows(
     cdef double[::1] residual = residuals
     cdef double[:, ::1] row = jacobian, point = points
     between(source_motion, target_motion, into)
-    of_array(target_motion, out)
+    of_array(floats(target_motion), out)
     with nogil:
         for k in range(size):
             move(into, source.patch[here[k]].point, x)
@@ -263,9 +263,7 @@ def rows(
             move(out, x, p)
             for m in range(3):
                 p[m] = (p[m] - middle[m]) * unit
-            row[k, 0] = p[1] * n[2] - p[2] * n[1]
-            row[k, 1] = p[2] * n[0] - p[0] * n[2]
-            row[k, 2] = p[0] * n[1] - p[1] * n[0]
+            cross(p, n, &row[k, 0])
     return residuals, jacobian, points
 
 
@@ -384,7 +382,7 @@ def farthest(points, before, after):
     cdef double x[3]
     cdef double most = 0, squared
     cdef Py_ssize_t k
-    of_array(np.asarray(after) - np.asarray(before), change)
+    of_array(floats(np.asarray(after) - np.asarray(before)), change)
     with nogil:
         for k in range(given.shape[0]):
             move(change, &given[k, 0], x)
@@ -591,12 +589,6 @@ cdef void fit_one(
         six[m] /= unit * unit
 
 
-cdef inline void turn(const double* motion, const double* x, double* turned) noexcept nogil:
-    cdef int m
-    for m in range(3):
-        turned[m] = (motion[3 * m] * x[0] + motion[3 * m + 1] * x[1] + motion[3 * m + 2] * x[2])
-
-
 cdef floats(values):
     return np.ascontiguousarray(values, dtype=np.float64)
 
@@ -620,23 +612,12 @@ cdef of_vector(vector[Py_ssize_t]& values):
     return found
 
 
-cdef void of_array(transform, double* motion) except *:
-    cdef const double[:, ::1] given = floats(transform)
-    cdef int i, j
-    if given.shape[0] != 4 or given.shape[1] != 4:
-        raise ValueError(f"expected a motion (4, 4), got {np.shape(transform)}")
-    for i in range(3):
-        for j in range(3):
-            motion[3 * i + j] = given[i, j]
-        motion[9 + i] = given[i, 3]
-
-
 cdef void between(source_motion, target_motion, double* motion) except *:
     """``T_target_source``."""
     cdef Motion source, target
     cdef int i, j, m
-    of_array(source_motion, source)
-    of_array(target_motion, target)
+    of_array(floats(source_motion), source)
+    of_array(floats(target_motion), target)
     for i in range(3):
         for j in range(3):
             motion[3 * i + j] = 0

@@ -1,4 +1,4 @@
-# cython: language_level=3
+# cython: language_level=3, boundscheck=False, wraparound=False, initializedcheck=False
 """Rigid motions for the kernels: small enough to stand in line."""
 
 from libc.math cimport atan2, cos, fabs, sin, sqrt
@@ -11,6 +11,46 @@ cdef inline void move(const double* motion, const double* x, double* moved) noex
     moved[0] = motion[0] * x[0] + motion[1] * x[1] + motion[2] * x[2] + motion[9]
     moved[1] = motion[3] * x[0] + motion[4] * x[1] + motion[5] * x[2] + motion[10]
     moved[2] = motion[6] * x[0] + motion[7] * x[1] + motion[8] * x[2] + motion[11]
+
+
+cdef inline void turn(const double* motion, const double* x, double* turned) noexcept nogil:
+    """A motion without its translation."""
+    cdef int i
+    for i in range(3):
+        turned[i] = motion[3 * i] * x[0] + motion[3 * i + 1] * x[1] + motion[3 * i + 2] * x[2]
+
+
+cdef inline int of_array(const double[:, ::1] transform, double* motion) except -1:
+    """The motion of a (4, 4) array."""
+    cdef int i, j
+    if transform.shape[0] != 4 or transform.shape[1] != 4:
+        raise ValueError(
+            f"expected a motion (4, 4), got {(transform.shape[0], transform.shape[1])}")
+    for i in range(3):
+        for j in range(3):
+            motion[3 * i + j] = transform[i, j]
+        motion[9 + i] = transform[i, 3]
+    return 0
+
+
+cdef inline void to_array(const double* motion, double[:, ::1] transform) noexcept nogil:
+    """Fill the first three rows of a (4, 4) array."""
+    cdef int i, j
+    for i in range(3):
+        for j in range(3):
+            transform[i, j] = motion[3 * i + j]
+        transform[i, 3] = motion[9 + i]
+
+
+cdef inline double norm(const double* x) noexcept nogil:
+    return sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2])
+
+
+cdef inline void cross(const double* a, const double* b, double* product) noexcept nogil:
+    """``a x b``; `product` is neither of them."""
+    product[0] = a[1] * b[2] - a[2] * b[1]
+    product[1] = a[2] * b[0] - a[0] * b[2]
+    product[2] = a[0] * b[1] - a[1] * b[0]
 
 
 cdef inline double squared_gap(const double* a, const double* b) noexcept nogil:

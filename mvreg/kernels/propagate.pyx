@@ -6,7 +6,9 @@
 from libc.math cimport INFINITY, M_PI as PI, fabs, fabsf, sqrt
 from libcpp.vector cimport vector
 
-from mvreg.kernels.linear cimport Motion, kabsch, move, squared_gap
+from mvreg.kernels.linear cimport (
+    Motion, cross, kabsch, move, norm, squared_gap, to_array,
+)
 
 import numpy as np
 
@@ -343,10 +345,7 @@ cdef void agreed(
     for i in range(size):
         kept[i] = squared_miss(best, &x[3 * i], &y[3 * i]) < limit
     fit(x, y, kept, most, motion)
-    for j in range(3):
-        for k in range(3):
-            pose[j, k] = motion[3 * j + k]
-        pose[j, 3] = motion[9 + j]
+    to_array(motion, pose)
 
 
 cdef inline double squared_miss(const double* motion, const double* x, const double* y) noexcept nogil:
@@ -366,7 +365,7 @@ cdef bint sound(const double* a, const double* b, double tolerance) noexcept nog
                 - sqrt(squared_gap(&b[3 * i], &b[3 * j]))) >= 2 * tolerance:
             return False
     normal_of(a, n)
-    return sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) > tolerance * tolerance
+    return norm(n) > tolerance * tolerance
 
 
 cdef void normal_of(const double* a, double* n) noexcept nogil:
@@ -376,8 +375,7 @@ cdef void normal_of(const double* a, double* n) noexcept nogil:
     cdef int k
     for k in range(3):
         u[k], v[k] = a[3 + k] - a[k], a[6 + k] - a[k]
-    n[0], n[1], n[2] = (u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2],
-                        u[0] * v[1] - u[1] * v[0])
+    cross(u, v, n)
 
 
 cdef void frame_of(const double* a, double* mean, double* axes) noexcept nogil:
@@ -387,16 +385,14 @@ cdef void frame_of(const double* a, double* mean, double* axes) noexcept nogil:
     for k in range(3):
         mean[k] = (a[k] + a[3 + k] + a[6 + k]) / 3
         axes[k] = a[3 + k] - a[k]
-    length = sqrt(axes[0] * axes[0] + axes[1] * axes[1] + axes[2] * axes[2])
+    length = norm(axes)
     for k in range(3):
         axes[k] /= length
     normal_of(a, &axes[6])
-    length = sqrt(axes[6] * axes[6] + axes[7] * axes[7] + axes[8] * axes[8])
+    length = norm(&axes[6])
     for k in range(3):
         axes[6 + k] /= length
-    axes[3] = axes[7] * axes[2] - axes[8] * axes[1]
-    axes[4] = axes[8] * axes[0] - axes[6] * axes[2]
-    axes[5] = axes[6] * axes[1] - axes[7] * axes[0]
+    cross(&axes[6], axes, &axes[3])
 
 
 cdef void triangle(const double* a, const double* b, double* motion) noexcept nogil:
