@@ -16,27 +16,7 @@ from mvreg.types import Array, Features, Scan
 def neighbourhood_moments(
     scan: Scan, keypoints: Array, radii: Array, stride: int = 1
 ) -> tuple[Array, Array, Array]:
-    """Moments of the raw points around keypoints, for growing radii.
-
-    One search at the largest radius; each neighbour falls into one shell, and the sums over the
-    shells accumulate.
-
-    Parameters
-    ----------
-    scan : Scan
-        Its raw points are the neighbours; every `stride`-th of them.
-    keypoints : (K, 3) array
-    radii : (L,) array
-        Ascending.
-
-    Returns
-    -------
-    count : (K, L) array
-    first : (K, L, 3) array
-        Sums of the offsets from the keypoint.
-    second : (K, L, 3, 3) array
-        Sums of their outer products.
-    """
+    """`mvreg.kernels.moments.moments` of every `stride`-th raw point of a scan."""
     tree = scan.tree if stride == 1 else build_tree(scan.points[::stride])
     return moments(tree, keypoints, radii)
 
