@@ -64,6 +64,13 @@ def slices(size: int, least: int) -> list[slice]:
     return [slice(*pair) for pair in pairwise(ends)]
 
 
+def in_parts(function: Callable[[Item], Answer], items: Sequence[Item]) -> list[Answer]:
+    """As `in_threads`, many items at a time: one takes hardly longer than handing it over does."""
+    parts = slices(len(items), 1)
+    done = in_threads(lambda part: [function(item) for item in items[part]], parts)
+    return [answer for part in done for answer in part]
+
+
 @cache
 def _pool(workers: int) -> ThreadPoolExecutor:
     """Threads are started once: to start them takes as long as many a kernel."""

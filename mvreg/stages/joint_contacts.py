@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 
 from mvreg import se3
 from mvreg.kernels import evidence, joint
-from mvreg.parallel import in_threads, slices
+from mvreg.parallel import in_parts
 from mvreg.stages.joint_surface import Surface
 from mvreg.surfaces import LEAST_COSINE, near_boxes
 from mvreg.types import Array, Indices
-
-Item = TypeVar("Item")
-Answer = TypeVar("Answer")
 
 #: Contacts of a pair of scans, at least: twice as many as a motion has degrees of freedom.
 FEWEST = 12
@@ -91,13 +87,6 @@ def _contacts(surfaces: Sequence[Surface], motions: Array, i: int, j: int, gate:
         gate.reach, gate.stride, gate.flat, LEAST_COSINE, source.oriented and target.oriented,
     )  # fmt: skip
     return Contacts(i, j, samples, patches, np.ones(len(samples)))
-
-
-def in_parts(function: Callable[[Item], Answer], items: Sequence[Item]) -> list[Answer]:
-    """As `in_threads`, many items at a time: one takes hardly longer than handing it over does."""
-    parts = slices(len(items), 1)
-    done = in_threads(lambda part: [function(item) for item in items[part]], parts)
-    return [answer for part in done for answer in part]
 
 
 def _weighted(surfaces: Sequence[Surface], found: list[Contacts], stride: int) -> list[Contacts]:

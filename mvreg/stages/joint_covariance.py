@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mvreg.kernels import joint
-from mvreg.stages.joint_contacts import in_parts
+from mvreg.parallel import in_parts
 from mvreg.stages.joint_matrix import of_blocks, some_columns
 from mvreg.stages.joint_system import CUT, Frame, Rows, System, curvature, weight
 from mvreg.types import Array

@@ -10,7 +10,8 @@ import numpy as np
 
 from mvreg import se3
 from mvreg.kernels import joint
-from mvreg.stages.joint_contacts import Contacts, in_parts
+from mvreg.parallel import in_parts
+from mvreg.stages.joint_contacts import Contacts
 from mvreg.stages.joint_matrix import of_blocks, solver
 from mvreg.stages.joint_surface import Surface
 from mvreg.stages.plane_icp import about
