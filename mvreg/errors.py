@@ -1,5 +1,9 @@
 """The errors that mvreg raises on purpose; anything else is a bug."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+
 
 class MvregError(Exception):
     """Base of every error that a person can act on; its text is one clear message."""
@@ -18,3 +22,13 @@ def check_positive(stage: str, **values: float) -> None:
     for name, value in values.items():
         if not value > 0:
             raise InputError(f"{stage}.{name}: expected a positive number, got {value}")
+
+
+def check_ascending(stage: str, **values: Sequence[float]) -> None:
+    """Raise InputError for the first parameter of a stage that is not positive numbers, ascending.
+
+    Equal ones may follow each other.
+    """
+    for name, value in values.items():
+        if not value or sorted(value) != list(value) or value[0] <= 0:
+            raise InputError(f"{stage}.{name}: expected ascending positive numbers, got {value}")

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mvreg.errors import InputError, check_positive
+from mvreg.errors import InputError, check_ascending, check_positive
 from mvreg.kernels.moments import moments
 from mvreg.nearest import build_tree
 from mvreg.normals import Orient, orient
@@ -99,10 +99,7 @@ class EigenvaluesDescribe:
 
     def __post_init__(self) -> None:
         check_positive("describe", stride=self.stride, min_neighbours=self.min_neighbours)
-        if not self.radii or sorted(self.radii) != list(self.radii) or self.radii[0] <= 0:
-            raise InputError(
-                f"describe.radii: expected ascending positive numbers, got {self.radii}"
-            )
+        check_ascending("describe", radii=self.radii)
         if not 0 <= self.normal_scale < len(self.radii):
             raise InputError(
                 f"describe.normal_scale: expected one of the {len(self.radii)} radii, counted from "

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mvreg import se3
-from mvreg.errors import InputError, check_positive
+from mvreg.errors import check_ascending, check_positive
 from mvreg.evidence import Meeting, weigh
 from mvreg.evidence_measure import witness
 from mvreg.parallel import in_threads
@@ -67,10 +67,7 @@ class BestFirst:
     search: dict[str, Any] = field(default_factory=lambda: {"seed.top_fraction": 0.6})
 
     def __post_init__(self) -> None:
-        if not self.radii or sorted(self.radii) != list(self.radii) or self.radii[0] <= 0:
-            raise InputError(
-                f"strategy.radii: expected ascending positive numbers, got {self.radii}"
-            )
+        check_ascending("strategy", radii=self.radii)
         check_positive(
             "strategy", neighbours=self.neighbours, parts=self.parts, patience=self.patience
         )
