@@ -182,6 +182,19 @@ def test_a_join_is_refused_that_the_other_scans_object_to():
     assert BestFirst().agreed(PartialModels(models.views), 2, 0, found, verdict) is verdict
 
 
+def test_a_copy_of_partial_models_changes_alone():
+    models = PartialModels(blob_views(3))
+    models.join(1, 0, se3.exp(np.array([0, 0, 0.1, 1, 0, 0])))
+    before = [pose.copy() for pose in models.poses], models.group.copy()
+    trial = models.copy()
+    np.testing.assert_array_equal(trial.poses, before[0])
+    np.testing.assert_array_equal(trial.group, before[1])
+    trial.join(2, 0, se3.exp(np.array([0, 0, 0.2, 0, 1, 0])))
+    trial.leave(1)
+    np.testing.assert_array_equal(models.poses, before[0])
+    np.testing.assert_array_equal(models.group, before[1])
+
+
 def test_the_most_promising_is_tried_first_then_alone_then_more_of_them():
     models = PartialModels(blob_views(4))
     promises = np.array([[0, 0.1, 0.2, 0.15], [0.1, 0, 0.5, 0.4], [0.2, 0.5, 0, 0.4],

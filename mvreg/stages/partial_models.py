@@ -33,6 +33,12 @@ class PartialModels:
         self.poses: list[Array] = [np.eye(4) for _ in views]
         self.group: Indices = np.arange(len(views))
 
+    def copy(self) -> PartialModels:
+        """The same groups of the same views, to be changed by themselves."""
+        other = PartialModels(self.views)
+        other.poses, other.group = list(self.poses), self.group.copy()
+        return other
+
     def members(self, group: int) -> Indices:
         """The views of a group, in the order of the views."""
         return np.flatnonzero(self.group == group)

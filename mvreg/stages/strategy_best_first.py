@@ -134,8 +134,7 @@ class BestFirst:
         if not verdict.reliable or len(moving) == 1:
             return verdict
         staying = models.members(int(models.group[target]))
-        trial = PartialModels(models.views)
-        trial.poses, trial.group = list(models.poses), models.group.copy()
+        trial = models.copy()
         trial.join(source, target, registration.T_target_source)
         evidence = weigh(trial.meetings(moving.tolist(), staying.tolist()))
         if evidence.probability >= self.min_probability:
