@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -32,6 +32,13 @@ def untouched(pipeline: Pipeline, name: str) -> bool:
         return True
     defaults = {field.name: field.default for field in fields(stage)}
     return parameter not in defaults or getattr(stage, parameter) == defaults[parameter]
+
+
+def suited(pipeline: Pipeline, parameters: Mapping[str, Any]) -> Pipeline:
+    """The pipeline with those parameters of a strategy, by dotted names, that are `untouched`."""
+    return pipeline.with_parameters(
+        {name: value for name, value in parameters.items() if untouched(pipeline, name)}
+    )
 
 
 class Growth:
@@ -109,10 +116,7 @@ class GrowStrategy:
     def __call__(
         self, views: Sequence[View], pipeline: Pipeline, rng: np.random.Generator
     ) -> Result:
-        pipelines = [
-            pipeline.with_parameters({k: v for k, v in level.items() if untouched(pipeline, k)})
-            for level in self.levels
-        ]
+        pipelines = [suited(pipeline, level) for level in self.levels]
         growth = Growth(views[0], pipeline, self.give_up)
         waiting = list(views[1:])
         level = 0

@@ -17,7 +17,7 @@ from mvreg.parallel import in_threads
 from mvreg.stages.best_first_search import Search
 from mvreg.stages.partial_models import PartialModels
 from mvreg.stages.promise import promise
-from mvreg.stages.strategy import untouched
+from mvreg.stages.strategy import suited
 from mvreg.stages.symmetry import turned
 from mvreg.types import Array, Pair, Registration, Result, Verdict, View
 
@@ -75,9 +75,7 @@ class BestFirst:
     def __call__(
         self, views: Sequence[View], pipeline: Pipeline, rng: np.random.Generator
     ) -> Result:
-        pipeline = pipeline.with_parameters(
-            {name: value for name, value in self.search.items() if untouched(pipeline, name)}
-        )
+        pipeline = suited(pipeline, self.search)
         in_threads(witness, views)  # made ready side by side, not when first weighed
         promises = promise(views, self.radii, self.neighbours)
         models = PartialModels(views)
