@@ -10,7 +10,7 @@ import numpy as np
 from mvreg.evidence_pool import Meeting as Meeting
 from mvreg.evidence_pool import firmness, free_space, most_covered
 from mvreg.evidence_weights import features, probability
-from mvreg.parallel import in_threads
+from mvreg.parallel import in_parts
 
 #: Less is held too loosely. Pairs of a sphere, a cylinder and a bottle have 0.004 at most, with
 #: noise of two spacings of the raw points. Right pairs of all sets that the search finds have 0.007
@@ -122,7 +122,7 @@ def weigh(meetings: Sequence[Meeting]) -> Evidence:
     Evidence
         Of no points and an overlap of zero where nothing meets.
     """
-    sides = in_threads(lambda meeting: meeting.sides, meetings)
+    sides = in_parts(lambda meeting: meeting.sides, meetings)
     both = [side for pair in sides for side in pair]
     points = sum(side.count for side in both)
     near = sum(side.near for side in both)
