@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from bench_free import FREE
+from bench_free import FREE, JOINT
 from bench_numbers import ratio
 from bench_plan import COMMANDS
 from bench_records import Record, latest
@@ -81,19 +81,29 @@ def times(real: Groups) -> list[Bar]:
 
 
 def beside(real: Groups) -> list[Bar]:
-    """FCPMA on the Bunny beside the peers: how much faster, and with what errors."""
-    ours = real.get(("bunny", "fcpma"))
+    """FCPMA on the Bunny beside the peers: how much faster, and with what errors.
+
+    Once as it is, and once with all poses refined jointly.
+    """
     found = []
-    for peer, least in TIMES.items():
-        both = [of(real.get(("bunny", name)), "seconds") for name in (peer, peer + FREE)]
-        ratios = [ratio(each, of(ours, "seconds")) for each in both]
-        fastest = min((each for each in ratios if each is not None), default=None)
-        found.append(Bar(f"{peer} takes times as long as fcpma on bunny", fastest, least, True))
-    for name, words in (("rotation", "e_R"), ("translation", "e_t (mm)")):
-        theirs = median(real, "bunny", "open3d_multiway", name)
-        if theirs is not None:
-            own = median(real, "bunny", "fcpma", name)
-            found.append(Bar(f"{words} of fcpma on bunny, beside open3d_multiway's", own, theirs))
+    for method in ("fcpma", "fcpma" + JOINT):
+        ours = real.get(("bunny", method))
+        if method.endswith(JOINT) and ours is None:
+            continue
+        for peer, least in TIMES.items():
+            both = [of(real.get(("bunny", name)), "seconds") for name in (peer, peer + FREE)]
+            ratios = [ratio(each, of(ours, "seconds")) for each in both]
+            fastest = min((each for each in ratios if each is not None), default=None)
+            found.append(
+                Bar(f"{peer} takes times as long as {method} on bunny", fastest, least, True)
+            )
+        for name, words in (("rotation", "e_R"), ("translation", "e_t (mm)")):
+            theirs = median(real, "bunny", "open3d_multiway", name)
+            if theirs is not None:
+                own = median(real, "bunny", method, name)
+                found.append(
+                    Bar(f"{words} of {method} on bunny, beside open3d_multiway's", own, theirs)
+                )
     return found
 
 

@@ -2,8 +2,8 @@
 
     python experiments/bench_child.py '{"method": "fcpma", "dataset": "bunny"}' answer.json
 
-Imports and loading are over before the clock of the registration starts. Whatever libraries print,
-the answer goes to a file.
+Imports and loading are over before the clock of the registration starts; loading is the reading of
+scans, once the configuration is composed. Whatever libraries print, the answer goes to a file.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ import json
 import resource
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -40,8 +41,9 @@ def main(spec: Mapping[str, Any], file: Path) -> None:
     """Run what `spec` asks for, and write what was measured."""
     start = time.perf_counter()
     imported(str(spec["method"]))
-    imports, start = time.perf_counter() - start, time.perf_counter()
-    scanset = loaded(spec)
+    imports, source = time.perf_counter() - start, source_of(spec)
+    start = time.perf_counter()
+    scanset = source()
     loading, held = time.perf_counter() - start, resident()
     answer = registered(spec, scanset)
     answer |= {"imports": imports, "load": loading, "held_mb": held, "peak_mb": peak()}
@@ -61,23 +63,26 @@ def imported(method: str) -> None:
             continue
 
 
-def loaded(spec: Mapping[str, Any]) -> ScanSet:
-    """The scans: a data set by its name, or a column that is kept in a folder."""
+def source_of(spec: Mapping[str, Any]) -> Callable[[], ScanSet]:
+    """What reads the scans: of a data set by its name, or of a column that is kept in a folder."""
     import numpy as np
     from bench_column import Column
 
-    import mvreg
+    from mvreg.config import compose, stage_from
+    from mvreg.overrides import overrides_from
 
-    rng, more = int(spec.get("rng", 0)), dict(spec.get("parameters", {}))
+    rng, more = np.random.default_rng(int(spec.get("rng", 0))), dict(spec.get("parameters", {}))
     if spec["dataset"] == "column":
-        return Column(**more)(np.random.default_rng(rng))
-    return mvreg.dataset(str(spec["dataset"]), rng, **more)
+        return partial(Column(**more), rng)
+    changes = {f"dataset.{key}": value for key, value in more.items()}
+    words = [f"dataset={spec['dataset']}", *overrides_from(changes)]
+    return partial(stage_from(compose(words), "dataset"), rng)
 
 
 def registered(spec: Mapping[str, Any], scanset: ScanSet) -> dict[str, Any]:
     """Register the scans against the clock."""
     import numpy as np
-    from bench_free import let_loose, plain
+    from bench_free import changes, let_loose, plain
 
     from mvreg.events import ignore
     from mvreg.parallel import quick_turns
@@ -86,7 +91,7 @@ def registered(spec: Mapping[str, Any], scanset: ScanSet) -> dict[str, Any]:
 
     name, rng = str(spec["method"]), np.random.default_rng(int(spec.get("rng", 0)))
     let_loose(name)
-    method = load_method(plain(name))
+    method = load_method(plain(name), changes(name))
     quick_turns()  # as the command line does
     known = set(sys.modules)
     result, _, seconds = run(scanset.scans, method, rng, ignore)

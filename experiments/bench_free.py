@@ -1,7 +1,7 @@
-"""The peers with as many threads as there are, for whom it does not matter that answers repeat.
+"""What stands behind a method's name in a row: all threads for a peer, a joint adjustment.
 
-As strategies they hold oneTBB at one thread, and GICP too, to repeat to the last bit. That costs
-them time, which must not count for mvreg.
+As strategies the peers hold oneTBB at one thread, and GICP too, to repeat to the last bit. That
+costs them time, which must not count for mvreg.
 """
 
 from __future__ import annotations
@@ -15,11 +15,18 @@ from mvreg.parallel import threads
 
 #: Behind the name of a peer.
 FREE = "+threads"
+#: Behind the name of a method: all its poses are refined jointly at the end.
+JOINT = "+joint"
 
 
 def plain(method: str) -> str:
     """The method behind a row's name."""
-    return method.removesuffix(FREE)
+    return method.removesuffix(FREE).removesuffix(JOINT)
+
+
+def changes(method: str) -> dict[str, object]:
+    """What a row's name changes in the method."""
+    return {"adjust": "joint"} if method.endswith(JOINT) else {}
 
 
 def let_loose(method: str) -> None:

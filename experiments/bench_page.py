@@ -22,9 +22,9 @@ Every run is a process of its own; the methods take turns, each round led by ano
 the registration alone, measured inside: imports and loading are over before, and what mvreg
 prepares of the scans does not count for the peers, who do not use it. Median (least to most) of
 the runs; ratios are of the medians. A peer's answers repeat, for which it is kept from some
-threads; `+threads` is the same peer on all threads, as fast as it goes. Memory is the most that
-the process had resident at any time, imports and scans included. A scan placed more than 5 degrees
-off the truth is `false`."""
+threads; `+threads` is the same peer on all threads, as fast as it goes. `+joint` is the same method
+with `adjust=joint`. Memory is the most that the process had resident at any time, imports and scans
+included. A scan placed more than 5 degrees off the truth is `false`."""
 ABOUT = {
     "methods": "Scans {order}.",
     "start": "Whole processes, with all that a run writes, the recording for rerun included.",

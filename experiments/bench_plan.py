@@ -11,8 +11,10 @@ from typing import Any
 
 HERE = Path(__file__).resolve().parent
 #: mvreg's own methods, and what else one might take; as it comes, and on all threads.
-OWN = ("fcpma", "auto", "ocpma", "ocpra")
+OWN = ("fcpma", "fcpma+joint", "auto", "ocpma", "ocpra")
 PEERS = ("open3d_multiway", "kiss_gicp", "open3d_multiway+threads", "kiss_gicp+threads")
+#: Those whose growth is measured.
+GROWING = ("fcpma", "auto", "ocpma", "ocpra")
 DATASETS = ("bunny", "dragon", "buddha")
 SIZES = (10, 20, 40, 80, 160, 300)
 POINTS = (10_000, 30_000, 100_000, 300_000, 1_000_000)
@@ -33,7 +35,9 @@ class Options:
     """What the command line asks for; see ``python experiments/bench.py --help``."""
 
     parts: Sequence[str] = PARTS
-    methods: Sequence[str] = ("fcpma", "auto", "open3d_multiway", "kiss_gicp", "kiss_gicp+threads")
+    methods: Sequence[str] = (
+        "fcpma", "fcpma+joint", "auto", "open3d_multiway", "kiss_gicp", "kiss_gicp+threads",
+    )  # fmt: skip
     datasets: Sequence[str] = DATASETS
     peers_on: Sequence[str] = ("bunny",)
     rounds: int = 3
@@ -123,7 +127,7 @@ def scans(options: Options) -> list[list[Case]]:
     return [
         [on_column("scans", method, size, size, options.scan_points, options) for method in own]
         for size in sorted(options.sizes)
-        if (own := [m for m in options.methods if m not in PEERS])
+        if (own := [m for m in options.methods if m in GROWING])
     ]
 
 
@@ -132,7 +136,7 @@ def points(options: Options) -> list[list[Case]]:
     return [
         [on_column("points", method, size, options.scan_count, size, options) for method in own]
         for size in sorted(options.points)
-        if (own := [m for m in options.methods if m not in PEERS])
+        if (own := [m for m in options.methods if m in GROWING])
     ]
 
 
