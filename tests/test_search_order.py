@@ -19,10 +19,10 @@ def from_scratch(search):
         for source, own in enumerate(models.group.tolist()):
             if own == label or sizes[own] > sizes[label]:
                 continue
-            if search.failures[source] >= search.patience:
+            if search.failures[source] >= search.patience + sizes[own] - 1:
                 continue
-            best = np.sort(search.promises[source, members])[::-1][: search.parts]
-            found.append((best.sum() * search.factor[source], source, members))
+            best = search.promises[source, members].max()
+            found.append((best * search.factor[source], source, members))
     for _, source, members in sorted(found, key=lambda one: -one[0]):
         for targets in search.targets(source, members):
             if (source, frozenset(targets)) not in search.tried:

@@ -51,7 +51,8 @@ class BestFirst:
     parts : int
         Views that are merged to one target; after every second failure of a source so many more.
     patience : int
-        A partial model that failed so often is not moved any more, others may still be moved to it.
+        A partial model that failed so often, and once more for every further scan that it has, is
+        not moved any more; others may still be moved to it.
     min_probability : float
         What all scans together say of a join, and of each scan at the end, must be as probable.
     search : dict
