@@ -9,6 +9,7 @@ import numpy as np
 
 from mvreg import se3
 from mvreg.stages.joint_contacts import Contacts, Gate, contacts, touching
+from mvreg.stages.joint_matrix import some_columns
 from mvreg.stages.joint_surface import Surface, surfaces
 from mvreg.stages.joint_system import Frame, System, rows
 from mvreg.types import Array, Scan, View
@@ -52,7 +53,8 @@ def bound(views: Sequence[View], truth: Mapping[str, Array], noise: float) -> di
     residuals = rows(shapes, motions, weighted, frame, flat=False)
     free = list(range(1, len(views)))
     system = System.of(residuals, free, width=1e9)  # a kernel so wide is least squares
-    inverse = np.linalg.inv(system.normal.toarray()) * (noise / frame.radius) ** 2
+    normal = some_columns(system.normal, 0, 6 * len(free))
+    inverse = np.linalg.inv(normal) * (noise / frame.radius) ** 2
     blocks = [inverse[k : k + 6, k : k + 6] for k in range(0, len(inverse), 6)]
     change = frame.twists
     return {views[k].name: change @ block @ change.T for k, block in zip(free, blocks, strict=True)}

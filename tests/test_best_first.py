@@ -80,6 +80,8 @@ def test_scans_without_keypoints_promise_nothing():
     assert found[0, 2] > 0
     empty = [replace(view, features=bare) for view in views]
     assert not promise(empty, RADII, 5).any()
+    lonely = [replace(view, points=view.points[:3] + 1e6) for view in views]
+    assert not promise(lonely, RADII, 5).any(), "keypoints far from all points have no shape"
 
 
 def test_scans_of_two_objects_are_separated():

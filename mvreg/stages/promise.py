@@ -90,7 +90,8 @@ def _shapes(view: View, radii: Array, signed: bool) -> Array:
     turns = np.einsum("klj,kj->kl", np.delete(normals, middle, axis=1), normal)
     if not signed:
         offsets, turns = np.abs(offsets), np.abs(turns)
-    sizes = (np.sqrt(np.clip(values, 0, None)) / reach[:, None]).reshape(len(mean), -1)
+    sizes = np.sqrt(np.clip(values, 0, None)) / reach[:, None]
+    sizes = sizes.reshape(len(mean), 3 * len(radii))  # -1 fails for none
     return np.concatenate([sizes, offsets, turns], axis=1)
 
 
