@@ -124,6 +124,18 @@ starts = st.tuples(st.sampled_from([0.0, 4.0, 25.0, 150.0]), st.sampled_from([0.
 shares = st.sampled_from([0.05, 0.4, 0.77, 1.0])
 
 
+@pytest.mark.parametrize("noise", [0.0, 1e-14, 1e-9, 1e-3])
+def test_trimmed_pairs_are_in_order_where_all_are_equally_far(rng, noise):
+    grid = np.stack(np.meshgrid(np.arange(50.0), np.arange(50.0), [0.0]), axis=-1).reshape(-1, 3)
+    above = grid + np.array([0, 0, 0.3]) + rng.normal(0, noise, grid.shape)
+    chosen, targets, distances, _, _ = icp.trimmed(Tree(grid), above, 2.0, 0.4, 3.0)
+    order = np.argsort(np.linalg.norm(above - grid, axis=1), kind="stable")
+    assert (np.diff(distances) >= 0).all()
+    assert (targets == chosen).all()
+    if noise > 1e-12:  # below that, the sums' rounding orders them
+        np.testing.assert_array_equal(chosen, order[: len(chosen)])
+
+
 @quick
 @given(rngs, starts, shares, st.sampled_from([1.0, 1.9, 3.0]), st.sampled_from([1e-3, 1.0, 1e9]))
 def test_trimmed_pairs(rng, start, share, power, bound):

@@ -14,7 +14,7 @@ from libcpp.algorithm cimport sort
 from libcpp.vector cimport vector
 
 from mvreg.kernels.linear cimport Motion, cross, move, norm, of_array, turn
-from mvreg.kernels.tree cimport Tree, box_distance
+from mvreg.kernels.tree cimport Tree, node_distance
 
 import numpy as np
 
@@ -423,7 +423,7 @@ def look(
     cdef double[::1] total = sums
     with nogil:
         move(motion, &middle[0], x)
-        surface = tree.n > 0 and box_distance(&tree.boxes[6], x) <= (
+        surface = tree.n > 0 and node_distance(tree.boxes, 1, x) <= (
             (radius * (1 + 1e-9) + reach) * (radius * (1 + 1e-9) + reach)
         )
         seen = rays is not None and rays.beside(x, radius)

@@ -9,6 +9,8 @@ as it has moved less than that allows its neighbour is the same, and costs one d
 """
 
 from libc.math cimport INFINITY, ceil, fmax, fmin, pow, sqrt
+from libc.stdint cimport uint64_t
+from libc.string cimport memcpy, memset
 from libcpp.algorithm cimport sort
 from libcpp.utility cimport pair
 from libcpp.vector cimport vector
@@ -31,6 +33,12 @@ cdef double NARROW = 1.25
 # Squared lengths that are not quite zero.
 cdef double LEAST = 1e-300
 cdef double REGULAR = 1e-9
+# Of the bits of a distance, from the top.
+cdef enum:
+    BYTES = 4
+
+# The bits of a distance, and whose it is.
+ctypedef pair[uint64_t, Py_ssize_t] Ranked
 
 
 cdef class Pairing:
@@ -43,7 +51,7 @@ cdef class Pairing:
     cdef double bound, objective, fine
     cdef vector[double] moved, asked, others, distance, weight
     cdef vector[Py_ssize_t] partner, order
-    cdef vector[pair[double, Py_ssize_t]] ranked
+    cdef vector[Ranked] ranked, spare
 
     def __init__(self, Tree tree, points, double bound, double min_overlap, double power):
         cdef Py_ssize_t i
@@ -62,6 +70,7 @@ cdef class Pairing:
         self.weight.resize(self.size)
         self.order.resize(self.size)
         self.ranked.resize(self.size)
+        self.spare.resize(self.size)
         for i in range(self.size):
             self.order[i] = i
             self.weight[i] = pow(<double> self.size / <double> (i + 1), power) / (i + 1)
@@ -112,14 +121,37 @@ cdef class Pairing:
         self.distance[i] = d if d < self.bound else INFINITY
 
     cdef void rank(self) noexcept nogil:
-        """Sort by distance, the lower index first: from the last order, which is often near."""
-        cdef Py_ssize_t i, j, steps = 0, most = 8 * self.size
-        cdef pair[double, Py_ssize_t] one
+        """Sort by distance, the lower index first: by the upper half of its bits, byte by byte.
+
+        Distances are not negative: their bits ascend as they do. What that leaves out of order is
+        next to its place, unless many are all but equal.
+        """
+        cdef Py_ssize_t counts[BYTES][256]
+        cdef Py_ssize_t i, j, place, before, steps = 0, most = 8 * self.size
+        cdef uint64_t bits
+        cdef Ranked one
+        cdef int byte, value
+        memset(counts, 0, sizeof(counts))
         for i in range(self.size):
-            one.second = self.order[i]
-            one.first = self.distance[one.second]
+            memcpy(&bits, &self.distance[i], sizeof(bits))
+            self.ranked[i].first, self.ranked[i].second = bits, i
+            for byte in range(BYTES):
+                counts[byte][(bits >> (32 + 8 * byte)) & 255] += 1
+        for byte in range(BYTES):
+            place = 0
+            for value in range(256):
+                before = counts[byte][value]
+                counts[byte][value] = place
+                place += before
+            for i in range(self.size):
+                value = (self.ranked[i].first >> (32 + 8 * byte)) & 255
+                self.spare[counts[byte][value]] = self.ranked[i]
+                counts[byte][value] += 1
+            self.ranked.swap(self.spare)
+        for i in range(self.size):
+            one = self.ranked[i]
             j = i
-            while j > 0 and steps < most and one < self.ranked[j - 1]:
+            while j > 0 and steps < most and one.first < self.ranked[j - 1].first:
                 self.ranked[j] = self.ranked[j - 1]
                 j -= 1
                 steps += 1
@@ -136,7 +168,7 @@ cdef class Pairing:
         self.objective = INFINITY
         self.kept = self.size
         for i in range(self.size):
-            d = fmin(self.ranked[i].first, self.bound)
+            d = fmin(self.distance[self.order[i]], self.bound)
             total += d * d
             psi = total * self.weight[i]  # Eq. (3), (4)
             if i >= self.first and psi < self.objective:
@@ -145,7 +177,7 @@ cdef class Pairing:
 
     cdef double last(self) noexcept nogil:
         """How far the farthest pair kept is apart."""
-        return fmin(self.ranked[self.kept - 1].first, self.bound)
+        return fmin(self.distance[self.order[self.kept - 1]], self.bound)
 
     cdef void narrow(self, double least) noexcept nogil:
         """The bound of the next iteration: shrinks slowly, since widening asks all again."""
@@ -190,7 +222,7 @@ cdef class Pairing:
         for i in range(self.kept):
             source[i] = self.order[i]
             target[i] = self.partner[self.order[i]]
-            far[i] = fmin(self.ranked[i].first, self.bound)
+            far[i] = fmin(self.distance[self.order[i]], self.bound)
         return chosen, targets, distances, self.objective, self.bound
 
 

@@ -11,7 +11,7 @@ from libcpp.utility cimport pair
 from libcpp.vector cimport vector
 
 from mvreg.kernels.linear cimport Motion, cross, move, of_array, solve, squared_gap, turn
-from mvreg.kernels.tree cimport Tree, box_distance
+from mvreg.kernels.tree cimport Tree, child_distances
 
 import numpy as np
 
@@ -479,6 +479,7 @@ def distances(Tree tree, Py_ssize_t rank):
 cdef Py_ssize_t gather(Tree tree, const double* x, double most, Near* found) noexcept nogil:
     """All points nearer than `most` (squared), in no order; how many. There is room for all."""
     cdef Py_ssize_t waiting[128]
+    cdef double apart[2]
     cdef Py_ssize_t node, i, last, size = 0
     cdef int held = 1
     waiting[0] = 1
@@ -486,14 +487,14 @@ cdef Py_ssize_t gather(Tree tree, const double* x, double most, Near* found) noe
         held -= 1
         node = waiting[held]
         while node < tree.leaves:
+            child_distances(tree.boxes, node, x, apart)
             node *= 2
-            if box_distance(&tree.boxes[6 * node], x) < most:
-                if box_distance(&tree.boxes[6 * node + 6], x) < most:
-                    waiting[held] = node + 1
-                    held += 1
+            if apart[0] < most:
+                waiting[held] = node + 1
+                held += apart[1] < most
             else:
                 node += 1
-                if not box_distance(&tree.boxes[6 * node], x) < most:
+                if not apart[1] < most:
                     break
         else:
             i = (tree.n * (node - tree.leaves)) >> tree.depth

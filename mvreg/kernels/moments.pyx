@@ -6,7 +6,7 @@
 from libc.math cimport fabs, sqrt
 
 from mvreg.kernels.linear cimport smallest_vector
-from mvreg.kernels.tree cimport Entry, Tree, box_distance
+from mvreg.kernels.tree cimport Entry, Tree, child_distances
 
 import numpy as np
 
@@ -55,6 +55,7 @@ cdef void gather(
 ) noexcept nogil:
     """Add every point within the largest radius to the sums of its shell."""
     cdef Py_ssize_t waiting[128]
+    cdef double apart[2]
     cdef Py_ssize_t node, i, last, shell
     cdef double most = squared[shells - 1], a, b, c, d
     cdef double* one
@@ -66,11 +67,12 @@ cdef void gather(
     while held:
         held -= 1
         node = waiting[held]
-        if box_distance(&tree.boxes[6 * node], x) > most:
-            continue
         if node < tree.leaves:
-            waiting[held], waiting[held + 1] = 2 * node + 1, 2 * node
-            held += 2
+            child_distances(tree.boxes, node, x, apart)
+            waiting[held] = 2 * node + 1
+            held += apart[1] <= most
+            waiting[held] = 2 * node
+            held += apart[0] <= most
             continue
         i = (tree.n * (node - tree.leaves)) >> tree.depth
         last = (tree.n * (node - tree.leaves + 1)) >> tree.depth

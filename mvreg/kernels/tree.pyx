@@ -100,8 +100,8 @@ cdef class Tree:
                 self.entries[i].index = i
             build(self.entries, self.boxes, self.n, self.depth, 0, 1)
             self.grain = grain(self.boxes, self.leaves, self.n)
-        self.mins = np.array([self.boxes[6 + i] for i in range(3)])
-        self.maxes = np.array([self.boxes[9 + i] for i in range(3)])
+        self.mins = np.array([self.boxes[2 * i + 1] for i in range(3)])
+        self.maxes = np.array([self.boxes[6 + 2 * i + 1] for i in range(3)])
 
     def __dealloc__(self):
         free(self.entries)
@@ -181,7 +181,7 @@ cdef class Tree:
         cdef Entry* entry
         if self.n == 0:
             return -1
-        gap = box_distance(&self.boxes[6], x)
+        gap = node_distance(self.boxes, 1, x)
         while True:
             if gap < least:
                 node = descend(self, x, least, node, waiting, gaps, &held)
@@ -193,8 +193,8 @@ cdef class Tree:
                         d = ((entry.x[0] - x[0]) * (entry.x[0] - x[0])
                              + (entry.x[1] - x[1]) * (entry.x[1] - x[1])
                              + (entry.x[2] - x[2]) * (entry.x[2] - x[2]))
-                        if d < least:
-                            least, best = d, entry.index
+                        best = entry.index if d < least else best
+                        least = d if d < least else least
                         i += 1
             if held == 0:
                 squared[0] = least
@@ -204,17 +204,36 @@ cdef class Tree:
 
     cdef Py_ssize_t find_two(self, const double* x, double* first, double* second) noexcept nogil:
         """As `find`, and the squared distance of the second nearest, or of the bound, `second`."""
-        cdef double far[2]
-        cdef Py_ssize_t which[2]
-        cdef int found
-        far[1] = second[0]
-        found = self.find_many(x, 2, far, which)
-        if found == 2:
-            second[0] = far[1]
-        if found == 0:
+        cdef Py_ssize_t best = -1, node = 1, i, last
+        cdef Py_ssize_t waiting[128]
+        cdef double gaps[128]
+        cdef double least = second[0], next_least = second[0], gap, d
+        cdef int held = 0
+        cdef Entry* entry
+        if self.n == 0:
             return -1
-        first[0] = far[0]
-        return which[0]
+        gap = node_distance(self.boxes, 1, x)
+        while True:
+            if gap < next_least:
+                node = descend(self, x, next_least, node, waiting, gaps, &held)
+                if node:
+                    i = (self.n * (node - self.leaves)) >> self.depth
+                    last = (self.n * (node - self.leaves + 1)) >> self.depth
+                    while i < last:
+                        entry = &self.entries[i]
+                        d = ((entry.x[0] - x[0]) * (entry.x[0] - x[0])
+                             + (entry.x[1] - x[1]) * (entry.x[1] - x[1])
+                             + (entry.x[2] - x[2]) * (entry.x[2] - x[2]))
+                        best = entry.index if d < least else best
+                        next_least = least if d < least else d if d < next_least else next_least
+                        least = d if d < least else least
+                        i += 1
+            if held == 0:
+                if best >= 0:
+                    first[0], second[0] = least, next_least
+                return best
+            held -= 1
+            node, gap = waiting[held], gaps[held]
 
     cdef int find_many(
         self, const double* x, int k, double* squared, Py_ssize_t* which
@@ -228,7 +247,7 @@ cdef class Tree:
         cdef Entry* entry
         if self.n == 0:
             return 0
-        gap = box_distance(&self.boxes[6], x)
+        gap = node_distance(self.boxes, 1, x)
         while True:
             if gap < least:
                 node = descend(self, x, least, node, waiting, gaps, &held)
@@ -265,24 +284,16 @@ cdef inline Py_ssize_t descend(
 
     The farther sides that are near enough are left waiting, with their squared distances.
     """
-    cdef double left, right
+    cdef double apart[2]
+    cdef Py_ssize_t near
     while node < tree.leaves:
-        left = box_distance(&tree.boxes[12 * node], x)
-        right = box_distance(&tree.boxes[12 * node + 6], x)
-        node *= 2
-        if right < left:
-            if right >= least:
-                return 0
-            if left < least:
-                waiting[held[0]], gaps[held[0]] = node, left
-                held[0] += 1
-            node += 1
-        else:
-            if left >= least:
-                return 0
-            if right < least:
-                waiting[held[0]], gaps[held[0]] = node + 1, right
-                held[0] += 1
+        child_distances(tree.boxes, node, x, apart)
+        near = apart[0] > apart[1]
+        node = 2 * node + near
+        if apart[near] >= least:
+            return 0
+        waiting[held[0]], gaps[held[0]] = node ^ 1, apart[1 - near]
+        held[0] += apart[1 - near] < least
     return node
 
 
@@ -294,14 +305,16 @@ cdef double squared_bound(double bound) noexcept nogil:
 cdef double grain(const double* boxes, Py_ssize_t leaves, Py_ssize_t n) noexcept nogil:
     """About how far neighbours on a surface are apart, told from the boxes of the leaves."""
     cdef double total = 0, side
+    cdef const double* box
     cdef Py_ssize_t node
     cdef int axis
     if n == 0:
         return 0
     for node in range(leaves, 2 * leaves):
+        box = &boxes[12 * (node >> 1) + (node & 1)]
         side = 0
         for axis in range(3):
-            side = fmax(side, boxes[6 * node + 3 + axis] - boxes[6 * node + axis])
+            side = fmax(side, box[6 + 2 * axis] - box[2 * axis])
         total += side
     return total / leaves / sqrt(<double> n / leaves)
 
@@ -312,20 +325,20 @@ cdef void build(
     """Sort the entries of a node into its subtree, and find its box."""
     cdef Py_ssize_t place = node - (<Py_ssize_t> 1 << level)
     cdef Py_ssize_t low = (n * place) >> level, high = (n * (place + 1)) >> level, i
-    cdef double* box = &boxes[6 * node]
+    cdef double* box = &boxes[12 * (node >> 1) + (node & 1)]
     cdef int axis, longest = 0
     for axis in range(3):
-        box[axis], box[3 + axis] = INFINITY, -INFINITY
+        box[2 * axis], box[6 + 2 * axis] = INFINITY, -INFINITY
     for i in range(low, high):
         for axis in range(3):
-            if entries[i].x[axis] < box[axis]:
-                box[axis] = entries[i].x[axis]
-            if entries[i].x[axis] > box[3 + axis]:
-                box[3 + axis] = entries[i].x[axis]
+            if entries[i].x[axis] < box[2 * axis]:
+                box[2 * axis] = entries[i].x[axis]
+            if entries[i].x[axis] > box[6 + 2 * axis]:
+                box[6 + 2 * axis] = entries[i].x[axis]
     if level == depth:
         return
     for axis in range(1, 3):
-        if box[3 + axis] - box[axis] > box[3 + longest] - box[longest]:
+        if box[6 + 2 * axis] - box[2 * axis] > box[6 + 2 * longest] - box[2 * longest]:
             longest = axis
     select(entries, low, high, (n * (2 * place + 1)) >> (level + 1), longest)
     build(entries, boxes, n, depth, level + 1, 2 * node)
