@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import os
 import sys
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from itertools import pairwise
 from threading import local
-from typing import TypeVar
+from typing import Generic, TypeVar
 
 Item = TypeVar("Item")
 Answer = TypeVar("Answer")
@@ -44,17 +45,61 @@ def in_threads(function: Callable[[Item], Answer], items: Sequence[Item]) -> lis
     """``[function(item) for item in items]``, in threads: NumPy and the kernels release the lock.
 
     `function` must not share anything that it changes, a random generator least of all. Called
-    within itself it works through its items in one thread: the cores are busy already.
+    within itself it works through its items in one thread: the cores are busy already. The caller's
+    thread works, too: it need not wait until another has woken up.
     """
-    return list(one_by_one(function, items))
+    helpers = min(threads(), len(items)) - 1
+    if helpers < 1 or _busy():
+        return [function(item) for item in items]
+    work = _Work(function, items)
+    asked = [_pool(threads()).submit(work.go_on) for _ in range(helpers)]
+    INSIDE.busy = True
+    try:
+        work.go_on()
+    finally:
+        INSIDE.busy = False
+        work.left.clear()
+        for helper in asked:
+            if not helper.cancel():  # it has begun
+                helper.result()
+    return work.done()
 
 
 def one_by_one(function: Callable[[Item], Answer], items: Sequence[Item]) -> Iterator[Answer]:
     """The same answers, each as soon as it and those before it are there."""
     workers = threads()
-    if min(workers, len(items)) < 2 or getattr(INSIDE, "busy", False):
+    if min(workers, len(items)) < 2 or _busy():
         return map(function, items)
     return _pool(workers).map(function, items)
+
+
+class _Work(Generic[Item, Answer]):
+    """Items that threads take one after the other, and the answers in their order."""
+
+    def __init__(self, function: Callable[[Item], Answer], items: Sequence[Item]) -> None:
+        self.function, self.items = function, items
+        self.left = deque(range(len(items)))
+        self.answers: dict[int, Answer] = {}
+        self.errors: dict[int, Exception] = {}
+
+    def go_on(self) -> None:
+        """Work as long as there is something left."""
+        while self.left:
+            try:
+                place = self.left.popleft()
+            except IndexError:  # another thread was faster
+                return
+            try:
+                self.answers[place] = self.function(self.items[place])
+            except Exception as error:
+                self.errors[place] = error
+                self.left.clear()
+
+    def done(self) -> list[Answer]:
+        """The answers, or the first of what went wrong."""
+        if self.errors:
+            raise self.errors[min(self.errors)]
+        return [self.answers[place] for place in range(len(self.items))]
 
 
 def slices(size: int, least: int) -> list[slice]:
@@ -69,6 +114,10 @@ def in_parts(function: Callable[[Item], Answer], items: Sequence[Item]) -> list[
     parts = slices(len(items), 1)
     done = in_threads(lambda part: [function(item) for item in items[part]], parts)
     return [answer for part in done for answer in part]
+
+
+def _busy() -> bool:
+    return getattr(INSIDE, "busy", False)
 
 
 @cache

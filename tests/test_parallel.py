@@ -1,7 +1,8 @@
 """Work in threads: answers in order, none twice, and nested calls stay in their thread."""
 
 import sys
-from threading import get_ident
+from threading import Barrier, get_ident
+from time import sleep
 
 import pytest
 from hypothesis import given
@@ -27,12 +28,51 @@ def test_a_nested_call_stays_in_its_thread():
 
     found = in_threads(idents, range(20))
     assert all(len(each) == 1 for each in found)
-    assert get_ident() not in set.union(*found)
+
+
+def test_the_callers_thread_works_too():
+    together = Barrier(3, timeout=30)  # passed only if three threads are at it at once
+
+    def ident(_):
+        together.wait()
+        return get_ident()
+
+    found = set(in_threads(ident, range(3)))
+    assert get_ident() in found
+    assert len(found) == 3
 
 
 def test_what_goes_wrong_in_a_thread_is_raised():
     with pytest.raises(ZeroDivisionError):
         in_threads(lambda k: 1 / k, [1, 0, 2])
+    assert in_threads(abs, range(5)) == list(range(5))  # and all goes on as before
+
+
+def test_the_first_of_what_goes_wrong_is_raised():
+    together = Barrier(3, timeout=30)
+
+    def fail(k):
+        together.wait()
+        raise ValueError(k)
+
+    with pytest.raises(ValueError, match=r"^0$"):
+        in_threads(fail, range(3))
+
+
+def test_nothing_more_is_begun_once_the_caller_is_interrupted():
+    begun = []
+    caller = get_ident()
+
+    def interrupted(k):
+        begun.append(k)
+        if get_ident() == caller:
+            raise KeyboardInterrupt
+        sleep(1e-3)
+
+    with pytest.raises(KeyboardInterrupt):
+        in_threads(interrupted, range(100_000))
+    assert len(begun) < 100_000
+    assert in_threads(abs, range(5)) == list(range(5))
 
 
 def test_answers_can_be_had_one_by_one():
