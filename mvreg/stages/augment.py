@@ -115,8 +115,7 @@ def merge(
         Eqs. (10), (13): A, the model's rows without partner; F, the fused; B, the view's others.
     """
     theirs, ours = pairs.T
-    alone = np.setdiff1d(np.arange(len(own[0])), ours)
-    new = np.setdiff1d(np.arange(len(other[0])), theirs)
+    alone, new = unpaired(len(own[0]), ours), unpaired(len(other[0]), theirs)
     if mode is Mode.many:
         fused_own = [rows[ours] for rows in own]
         fused_other = [rows[theirs] for rows in other]
@@ -133,6 +132,13 @@ def merge(
         fused = mean_normals(mine, yours, oriented) if normals else (mine + yours) / 2
         merged.append(np.concatenate([own[column][alone], fused, other[column][new]]))
     return merged
+
+
+def unpaired(count: int, paired: Indices) -> Indices:
+    """Which of so many rows are in no pair."""
+    alone = np.ones(count, dtype=bool)
+    alone[paired] = False
+    return np.flatnonzero(alone)
 
 
 def group_mean(rows: Array, group: Indices, count: int) -> Array:
