@@ -108,7 +108,7 @@ def median_spacing(clouds: Sequence[Array]) -> float:
 
 def raw_resolution(scans: Sequence[Scan]) -> float:
     """Median over the scans of the `mean_spacing` of their raw points (length)."""
-    return _median(in_threads(lambda scan: mean_spacing(scan.points, scan.tree), scans))
+    return _median(in_threads(lambda scan: scan.spacing, scans))
 
 
 def _median(spacings: Sequence[float]) -> float:

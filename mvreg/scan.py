@@ -90,6 +90,13 @@ class Scan:
 
         return build_tree(self.points)
 
+    @lazy
+    def spacing(self) -> float:
+        """Mean distance of a point to the nearest other one (length), see `nearest.mean_spacing`."""
+        from mvreg.nearest import mean_spacing
+
+        return mean_spacing(self.points, self.tree)
+
     @property
     def knows_sensor(self) -> bool:
         """Whether the sensor's direction or position is known."""
