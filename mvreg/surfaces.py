@@ -9,7 +9,7 @@ import numpy as np
 
 from mvreg import se3
 from mvreg.kernels import evidence
-from mvreg.parallel import in_threads
+from mvreg.parallel import in_parts
 from mvreg.types import Array, Indices, View
 
 #: Neighbours further apart than this are no overlap (resolutions).
@@ -108,7 +108,7 @@ def _heights(poses: Mapping[str, Array], views: Sequence[View]) -> list[Array]:
         source, target = (placed[k] for k in pair)
         return touch(source, target, inverse[pair[1]] @ poses[source.name], reach)[1]
 
-    return [found for found in in_threads(heights, pairs) if len(found)]
+    return [found for found in in_parts(heights, pairs) if len(found)]
 
 
 def build_trees(views: Sequence[View]) -> None:
