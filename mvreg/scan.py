@@ -92,7 +92,7 @@ class Scan:
 
     @lazy
     def spacing(self) -> float:
-        """Mean distance of a point to the nearest other one (length), see `nearest.mean_spacing`."""
+        """Mean distance of a point to the nearest other one (length), `nearest.mean_spacing`."""
         from mvreg.nearest import mean_spacing
 
         return mean_spacing(self.points, self.tree)
