@@ -30,7 +30,12 @@ def threads() -> int:
     it in its processes, so that jobs side by side share the cores.
     """
     wanted = os.environ.get("OMP_NUM_THREADS", "").partition(",")[0].strip()
-    return int(wanted) if wanted.isdecimal() and int(wanted) > 0 else os.cpu_count() or 1
+    return int(wanted) if wanted.isdecimal() and int(wanted) > 0 else _cores()
+
+
+def spare() -> bool:
+    """Whether a core has nothing to do while this thread works."""
+    return threads() > 1 and not _busy()
 
 
 def quick_turns() -> None:
@@ -114,6 +119,11 @@ def in_parts(function: Callable[[Item], Answer], items: Sequence[Item]) -> list[
     parts = slices(len(items), 1)
     done = in_threads(lambda part: [function(item) for item in items[part]], parts)
     return [answer for part in done for answer in part]
+
+
+@cache
+def _cores() -> int:
+    return os.cpu_count() or 1  # the system reads a file for it
 
 
 def _busy() -> bool:

@@ -136,6 +136,29 @@ def test_trimmed_pairs_are_in_order_where_all_are_equally_far(rng, noise):
         np.testing.assert_array_equal(chosen, order[: len(chosen)])
 
 
+@pytest.mark.parametrize("count", [1000, 2999, 6000])
+def test_a_helper_changes_no_answer(rng, count):
+    points = np.column_stack([rng.uniform(0, 9, (count, 2)), np.zeros(count)])
+    points[:, 2] = np.sin(points[:, 0]) * np.cos(points[:, 1])
+    begin = se3.from_parts(np.eye(3), np.array([0.1, -0.2, 0.3]))
+    kept, tree = points[: count - 200], Tree(points[100:])
+    normals = np.tile([0.0, 0.0, 1.0], (count - 100, 1))
+    for search in (
+        lambda helped: icp.trimmed_icp(
+            tree, kept, begin, 0.5, 1e-9, 0.4, 3.0, 50, 1e-6, helped=helped
+        ),
+        lambda helped: icp.plane_icp(
+            tree, normals, kept, begin, 0.5, 1e-9, 0.4, 2.0, 50, 1e-6, 1.0, helped=helped
+        ),
+    ):
+        alone, together = search(False), search(True)
+        assert alone[2] > 3
+        np.testing.assert_array_equal(alone[0], together[0])
+        for one, other in zip(alone[1], together[1], strict=True):
+            np.testing.assert_array_equal(one, other)
+        assert alone[2:] == together[2:]
+
+
 @quick
 @given(rngs, starts, shares, st.sampled_from([1.0, 1.9, 3.0]), st.sampled_from([1e-3, 1.0, 1e9]))
 def test_trimmed_pairs(rng, start, share, power, bound):

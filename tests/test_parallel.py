@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mvreg import parallel
-from mvreg.parallel import in_threads, one_by_one, quick_turns, slices
+from mvreg.parallel import in_threads, one_by_one, quick_turns, slices, spare
 
 
 @pytest.fixture(autouse=True)
@@ -40,6 +40,14 @@ def test_the_callers_thread_works_too():
     found = set(in_threads(ident, range(3)))
     assert get_ident() in found
     assert len(found) == 3
+
+
+def test_a_core_is_spare_as_long_as_one_thread_works_alone(monkeypatch):
+    assert spare()
+    assert in_threads(lambda _: spare(), range(10)) == [False] * 10
+    assert spare()
+    monkeypatch.setattr(parallel, "threads", lambda: 1)
+    assert not spare()
 
 
 def test_what_goes_wrong_in_a_thread_is_raised():

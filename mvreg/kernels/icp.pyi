@@ -14,6 +14,7 @@ def trimmed_icp(
     power: float,
     max_iterations: int,
     tolerance: float,
+    helped: bool = False,
 ) -> tuple[Array, Pairs, int, bool]: ...
 def plane_icp(
     tree: Tree,
@@ -27,4 +28,5 @@ def plane_icp(
     max_iterations: int,
     tolerance: float,
     longest: float,
+    helped: bool = False,
 ) -> tuple[Array, Pairs, int, bool]: ...

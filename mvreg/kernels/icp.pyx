@@ -15,6 +15,7 @@ from libcpp.algorithm cimport sort
 from libcpp.utility cimport pair
 from libcpp.vector cimport vector
 
+from mvreg.kernels.helper cimport Helper
 from mvreg.kernels.linear cimport (
     Motion, compose, exponential, kabsch, move, of_array, solve, squared_gap, to_array, turn_of,
 )
@@ -33,9 +34,10 @@ cdef double NARROW = 1.25
 # Squared lengths that are not quite zero.
 cdef double LEAST = 1e-300
 cdef double REGULAR = 1e-9
-# Of the bits of a distance, from the top.
+# Of the bits of a distance, from the top; and points that are worth a second thread's while.
 cdef enum:
     BYTES = 4
+    MANY = 1500
 
 # The bits of a distance, and whose it is.
 ctypedef pair[uint64_t, Py_ssize_t] Ranked
@@ -52,6 +54,13 @@ cdef class Pairing:
     cdef vector[double] moved, asked, others, distance, weight
     cdef vector[Py_ssize_t] partner, order
     cdef vector[Ranked] ranked, spare
+    cdef Helper* helper
+
+    def __cinit__(self, *_):
+        self.helper = NULL
+
+    def __dealloc__(self):
+        del self.helper
 
     def __init__(self, Tree tree, points, double bound, double min_overlap, double power):
         cdef Py_ssize_t i
@@ -81,16 +90,28 @@ cdef class Pairing:
         for i in range(self.size):
             move(motion, &self.points[i, 0], &self.moved[3 * i])
         while True:
+            if self.helper:
+                self.helper.both_halves()
+            else:
+                self.look_between(0, self.size)
             found = 0
             for i in range(self.size):
-                self.look(i)
-                if self.distance[i] < INFINITY:
-                    found += 1
+                found += self.distance[i] < INFINITY
             self.rank()
             self.trim()
             if self.kept <= found or found == self.size:
                 return
             self.bound *= 2
+
+    cdef void ask_for_help(self):
+        """Let a second thread look at half of the points, if they are worth its while."""
+        if self.size >= MANY:
+            self.helper = new Helper(<void*> look_at_half, <void*> self)
+
+    cdef void look_between(self, Py_ssize_t start, Py_ssize_t stop) noexcept nogil:
+        cdef Py_ssize_t i
+        for i in range(start, stop):
+            self.look(i)
 
     cdef void look(self, Py_ssize_t i) noexcept nogil:
         """Find the neighbour of one point within the bound, or remember it."""
@@ -226,6 +247,15 @@ cdef class Pairing:
         return chosen, targets, distances, self.objective, self.bound
 
 
+cdef void look_at_half(Pairing pairing, int half) noexcept nogil:
+    """What a thread and its helper do of one look."""
+    cdef Py_ssize_t middle = pairing.size // 2
+    if half:
+        pairing.look_between(middle, pairing.size)
+    else:
+        pairing.look_between(0, middle)
+
+
 def trimmed(Tree tree, points, double bound, double min_overlap, double power):
     """The nearest neighbours of points (N, 3) in a tree, trimmed to the least psi, Eq. (4).
 
@@ -252,7 +282,7 @@ def trimmed(Tree tree, points, double bound, double min_overlap, double power):
 
 def trimmed_icp(
     Tree tree, points, transform, double bound, double least, double min_overlap, double power,
-    int max_iterations, double tolerance
+    int max_iterations, double tolerance, bint helped=False
 ):
     """Trimmed ICP: pairs, overlap and motion in turn, each solved exactly, Eqs. (3) to (5).
 
@@ -271,6 +301,8 @@ def trimmed_icp(
     max_iterations : int
     tolerance : float
         It ends when psi shrinks by no more than this share of itself.
+    helped : bool
+        Whether a second thread may help, if there are many points. The answer is the same.
 
     Returns
     -------
@@ -287,6 +319,8 @@ def trimmed_icp(
     cdef int iteration = 0
     cdef bint still = False, bold = False
     of_array(np.ascontiguousarray(transform, dtype=np.float64), motion)
+    if helped:
+        pairing.ask_for_help()
     copy(motion, plain)
     with nogil:
         while True:
@@ -517,13 +551,13 @@ cdef void plane_step(
 
 def plane_icp(
     Tree tree, normals, points, transform, double bound, double least, double min_overlap,
-    double exponent, int max_iterations, double tolerance, double longest
+    double exponent, int max_iterations, double tolerance, double longest, bint helped=False
 ):
     """Point-to-plane ICP, trimmed as `trimmed_icp` is; the best pose of all is the answer.
 
     Parameters
     ----------
-    tree, points, transform, bound, least, min_overlap, max_iterations
+    tree, points, transform, bound, least, min_overlap, max_iterations, helped
         As in `trimmed_icp`; pairs are trimmed with a power of ``1 + exponent``.
     normals : (T, 3) array
         The target's, unit.
@@ -544,6 +578,8 @@ def plane_icp(
     cdef double psi, least_psi
     cdef int iteration = 0, waited = 0
     of_array(np.ascontiguousarray(transform, dtype=np.float64), motion)
+    if helped:
+        pairing.ask_for_help()
     with nogil:
         pairing.pair(motion)
         least_psi = plane_psi(pairing, planes, exponent)

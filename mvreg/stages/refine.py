@@ -8,6 +8,7 @@ import numpy as np
 
 from mvreg.errors import InputError
 from mvreg.kernels import icp
+from mvreg.parallel import spare
 from mvreg.types import Array, Indices, Registration, View
 
 #: How far neighbours are looked for at first, and at least, in units of the keypoints' spacing.
@@ -105,7 +106,7 @@ class TrimmedICP:
         spacing = source.scale.spacing
         pose, pairs, iterations, converged = icp.trimmed_icp(
             target.tree, source.points, transform, WIDEST * spacing, NARROWEST * spacing,
-            self.min_overlap, self.power, self.max_iterations, self.tolerance,
+            self.min_overlap, self.power, self.max_iterations, self.tolerance, spare(),
         )  # fmt: skip
         return pose, Trim(*pairs), iterations, converged
 

@@ -15,6 +15,7 @@ import numpy as np
 from mvreg import se3
 from mvreg.errors import InputError
 from mvreg.kernels import icp
+from mvreg.parallel import spare
 from mvreg.stages.plane_icp import PlaneICP, PlanePairs, about, smallest_step
 from mvreg.stages.refine import NARROWEST, WIDEST, Trim
 from mvreg.types import Array, View
@@ -50,7 +51,7 @@ class PointToPlane(PlaneICP):
         pose, pairs, iterations, converged = icp.plane_icp(
             target.tree, target.normals, source.points, transform, WIDEST * spacing,
             NARROWEST * spacing, self.min_overlap, self.exponent, self.max_iterations,
-            self.tolerance, spacing,
+            self.tolerance, spacing, spare(),
         )  # fmt: skip
         return pose, Trim(*pairs), iterations, converged
 
