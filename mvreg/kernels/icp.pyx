@@ -81,7 +81,6 @@ cdef class Pairing:
         self.ranked.resize(self.size)
         self.spare.resize(self.size)
         for i in range(self.size):
-            self.order[i] = i
             self.weight[i] = pow(<double> self.size / <double> (i + 1), power) / (i + 1)
 
     cdef void pair(self, const double* motion) noexcept nogil:

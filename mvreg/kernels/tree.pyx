@@ -7,12 +7,21 @@ from libc.float cimport DBL_MAX
 from libc.math cimport INFINITY, fmax, sqrt
 from libc.stdlib cimport free, malloc
 
+from mvreg.kernels.linear cimport squared_gap
+
 import numpy as np
 
 # Points in a leaf, at most; and neighbours that can be asked for.
 cdef enum:
     LEAF = 10
     MOST_NEIGHBOURS = 128
+
+
+# The nodes that a search has still to ask, with their squared distances; nearer ones last.
+cdef struct Walk:
+    Py_ssize_t waiting[128]
+    double gaps[128]
+    int held
 
 
 cdef inline void swap(Entry* a, Entry* b) noexcept nogil:
@@ -173,127 +182,101 @@ cdef class Tree:
 
     cdef Py_ssize_t find(self, const double* x, double* squared) noexcept nogil:
         """The nearest point nearer than `squared`, which becomes its squared distance; or -1."""
-        cdef Py_ssize_t best = -1, node = 1, i, last
-        cdef Py_ssize_t waiting[128]
-        cdef double gaps[128]
-        cdef double least = squared[0], gap, d
-        cdef int held = 0
-        cdef Entry* entry
-        if self.n == 0:
-            return -1
-        gap = node_distance(self.boxes, 1, x)
-        while True:
-            if gap < least:
-                node = descend(self, x, least, node, waiting, gaps, &held)
-                if node:
-                    i = (self.n * (node - self.leaves)) >> self.depth
-                    last = (self.n * (node - self.leaves + 1)) >> self.depth
-                    while i < last:
-                        entry = &self.entries[i]
-                        d = ((entry.x[0] - x[0]) * (entry.x[0] - x[0])
-                             + (entry.x[1] - x[1]) * (entry.x[1] - x[1])
-                             + (entry.x[2] - x[2]) * (entry.x[2] - x[2]))
-                        best = entry.index if d < least else best
-                        least = d if d < least else least
-                        i += 1
-            if held == 0:
-                squared[0] = least
-                return best
-            held -= 1
-            node, gap = waiting[held], gaps[held]
+        cdef Py_ssize_t best = -1, i = 0, last = 0
+        cdef double least = squared[0], d
+        cdef Walk walk
+        begin(self, x, &walk)
+        while next_leaf(self, x, least, &walk, &i, &last):
+            while i < last:
+                d = squared_gap(self.entries[i].x, x)
+                best = self.entries[i].index if d < least else best
+                least = d if d < least else least
+                i += 1
+        squared[0] = least
+        return best
 
     cdef Py_ssize_t find_two(self, const double* x, double* first, double* second) noexcept nogil:
         """As `find`, and the squared distance of the second nearest, or of the bound, `second`."""
-        cdef Py_ssize_t best = -1, node = 1, i, last
-        cdef Py_ssize_t waiting[128]
-        cdef double gaps[128]
-        cdef double least = second[0], next_least = second[0], gap, d
-        cdef int held = 0
-        cdef Entry* entry
-        if self.n == 0:
-            return -1
-        gap = node_distance(self.boxes, 1, x)
-        while True:
-            if gap < next_least:
-                node = descend(self, x, next_least, node, waiting, gaps, &held)
-                if node:
-                    i = (self.n * (node - self.leaves)) >> self.depth
-                    last = (self.n * (node - self.leaves + 1)) >> self.depth
-                    while i < last:
-                        entry = &self.entries[i]
-                        d = ((entry.x[0] - x[0]) * (entry.x[0] - x[0])
-                             + (entry.x[1] - x[1]) * (entry.x[1] - x[1])
-                             + (entry.x[2] - x[2]) * (entry.x[2] - x[2]))
-                        best = entry.index if d < least else best
-                        next_least = least if d < least else d if d < next_least else next_least
-                        least = d if d < least else least
-                        i += 1
-            if held == 0:
-                if best >= 0:
-                    first[0], second[0] = least, next_least
-                return best
-            held -= 1
-            node, gap = waiting[held], gaps[held]
+        cdef Py_ssize_t best = -1, i = 0, last = 0
+        cdef double least = second[0], next_least = second[0], d
+        cdef Walk walk
+        begin(self, x, &walk)
+        while next_leaf(self, x, next_least, &walk, &i, &last):
+            while i < last:
+                d = squared_gap(self.entries[i].x, x)
+                best = self.entries[i].index if d < least else best
+                next_least = least if d < least else d if d < next_least else next_least
+                least = d if d < least else least
+                i += 1
+        if best >= 0:
+            first[0], second[0] = least, next_least
+        return best
 
     cdef int find_many(
         self, const double* x, int k, double* squared, Py_ssize_t* which
     ) noexcept nogil:
         """The k nearest points nearer than ``squared[k - 1]``, in ascending order; how many."""
-        cdef Py_ssize_t node = 1, i, last
-        cdef Py_ssize_t waiting[128]
-        cdef double gaps[128]
-        cdef double least = squared[k - 1], gap, d
-        cdef int held = 0, found = 0, place
-        cdef Entry* entry
-        if self.n == 0:
-            return 0
-        gap = node_distance(self.boxes, 1, x)
-        while True:
-            if gap < least:
-                node = descend(self, x, least, node, waiting, gaps, &held)
-                if node:
-                    i = (self.n * (node - self.leaves)) >> self.depth
-                    last = (self.n * (node - self.leaves + 1)) >> self.depth
-                    while i < last:
-                        entry = &self.entries[i]
-                        d = ((entry.x[0] - x[0]) * (entry.x[0] - x[0])
-                             + (entry.x[1] - x[1]) * (entry.x[1] - x[1])
-                             + (entry.x[2] - x[2]) * (entry.x[2] - x[2]))
-                        if d < least:
-                            place = found if found < k else k - 1
-                            while place > 0 and squared[place - 1] > d:
-                                squared[place], which[place] = squared[place - 1], which[place - 1]
-                                place -= 1
-                            squared[place], which[place] = d, entry.index
-                            if found < k:
-                                found += 1
-                            if found == k:
-                                least = squared[k - 1]
-                        i += 1
-            if held == 0:
-                return found
-            held -= 1
-            node, gap = waiting[held], gaps[held]
+        cdef Py_ssize_t i = 0, last = 0
+        cdef double least = squared[k - 1], d
+        cdef int found = 0, place
+        cdef Walk walk
+        begin(self, x, &walk)
+        while next_leaf(self, x, least, &walk, &i, &last):
+            while i < last:
+                d = squared_gap(self.entries[i].x, x)
+                if d < least:
+                    place = found if found < k else k - 1
+                    while place > 0 and squared[place - 1] > d:
+                        squared[place], which[place] = squared[place - 1], which[place - 1]
+                        place -= 1
+                    squared[place], which[place] = d, self.entries[i].index
+                    if found < k:
+                        found += 1
+                    if found == k:
+                        least = squared[k - 1]
+                i += 1
+        return found
+
+
+cdef inline void begin(Tree tree, const double* x, Walk* walk) noexcept nogil:
+    """Begin a search at the root; over before it begins where there are no points."""
+    walk.held = tree.n > 0
+    walk.waiting[0], walk.gaps[0] = 1, node_distance(tree.boxes, 1, x)
+
+
+cdef inline bint next_leaf(
+    Tree tree, const double* x, double least, Walk* walk, Py_ssize_t* start, Py_ssize_t* stop
+) noexcept nogil:
+    """Where the entries of the next leaf that is nearer than `least` are; False at the end."""
+    cdef Py_ssize_t node
+    while walk.held:
+        walk.held -= 1
+        if walk.gaps[walk.held] < least:
+            node = descend(tree, x, least, walk)
+            if node:
+                start[0] = (tree.n * (node - tree.leaves)) >> tree.depth
+                stop[0] = (tree.n * (node - tree.leaves + 1)) >> tree.depth
+                return True
+    return False
 
 
 cdef inline Py_ssize_t descend(
-    Tree tree, const double* x, double least, Py_ssize_t node, Py_ssize_t* waiting, double* gaps,
-    int* held
+    Tree tree, const double* x, double least, Walk* walk
 ) noexcept nogil:
-    """The leaf below a node that is always on the nearer side; 0 if that is no nearer than `least`.
+    """The leaf below the last node that waited, always on the nearer side; 0 if none is near.
 
-    The farther sides that are near enough are left waiting, with their squared distances.
+    That is, nearer than `least`. Farther sides that are go on waiting, with their distances.
     """
     cdef double apart[2]
-    cdef Py_ssize_t near
+    cdef Py_ssize_t node = walk.waiting[walk.held], near
     while node < tree.leaves:
         child_distances(tree.boxes, node, x, apart)
         near = apart[0] > apart[1]
         node = 2 * node + near
         if apart[near] >= least:
             return 0
-        waiting[held[0]], gaps[held[0]] = node ^ 1, apart[1 - near]
-        held[0] += apart[1 - near] < least
+        walk.waiting[walk.held], walk.gaps[walk.held] = node ^ 1, apart[1 - near]
+        walk.held += apart[1 - near] < least
     return node
 
 
