@@ -4,7 +4,7 @@
 """A k-d tree over points in space, balanced, with the box of every node."""
 
 from libc.float cimport DBL_MAX
-from libc.math cimport INFINITY, fmax, sqrt
+from libc.math cimport INFINITY, fmax, fmin, sqrt
 from libc.stdlib cimport free, malloc
 
 from mvreg.kernels.linear cimport squared_gap
@@ -16,6 +16,12 @@ cdef enum:
     LEAF = 10
     MOST_NEIGHBOURS = 128
 
+# A range is divided by the middle of three; many, by a sample; few are sorted.
+cdef enum:
+    FEW = 6
+    MANY = 2000
+    SAMPLE = 128
+
 
 # The nodes that a search has still to ask, with their squared distances; nearer ones last.
 cdef struct Walk:
@@ -24,42 +30,90 @@ cdef struct Walk:
     int held
 
 
-cdef inline void swap(Entry* a, Entry* b) noexcept nogil:
-    cdef Entry other = a[0]
-    a[0] = b[0]
-    b[0] = other
+cdef inline Py_ssize_t divide(
+    Entry* a, Py_ssize_t low, Py_ssize_t high, double pivot, bint least, int axis
+) noexcept nogil:
+    """Bring what is below a pivot to the front of [low, high), or what is not above if `least`.
+
+    Returns where the rest begins. There is no branch that could be guessed wrong (Lomuto).
+    """
+    cdef Py_ssize_t i, end = low
+    cdef Entry one
+    for i in range(low, high):
+        one = a[i]
+        a[i] = a[end]
+        a[end] = one
+        end += (one.x[axis] <= pivot) if least else (one.x[axis] < pivot)
+    return end
+
+
+cdef inline void sort(Entry* a, Py_ssize_t low, Py_ssize_t high, int axis) noexcept nogil:
+    """Sort a few entries along an axis."""
+    cdef Py_ssize_t i, j
+    cdef Entry one
+    for i in range(low + 1, high):
+        one = a[i]
+        j = i
+        while j > low and a[j - 1].x[axis] > one.x[axis]:
+            a[j] = a[j - 1]
+            j -= 1
+        a[j] = one
+
+
+cdef inline void bracket(
+    const Entry* a, Py_ssize_t low, Py_ssize_t high, Py_ssize_t k, int axis, double* ends
+) noexcept nogil:
+    """Two values of a sample that the k-th smallest of [low, high) probably lies between.
+
+    They are three standard deviations of its rank apart (Floyd and Rivest 1975).
+    """
+    cdef double found[SAMPLE]
+    cdef double one, place
+    cdef Py_ssize_t i, j
+    for i in range(SAMPLE):
+        one = a[low + (high - low) * i // SAMPLE].x[axis]
+        j = i
+        while j > 0 and found[j - 1] > one:
+            found[j] = found[j - 1]
+            j -= 1
+        found[j] = one
+    place = <double> (k - low) / (high - low) * SAMPLE
+    one = 1.5 * sqrt(place * (1 - place / SAMPLE)) + 1
+    ends[0] = found[<Py_ssize_t> fmax(place - one, 0)]
+    ends[1] = found[<Py_ssize_t> fmin(place + one, SAMPLE - 1)]
 
 
 cdef void select(Entry* a, Py_ssize_t low, Py_ssize_t high, Py_ssize_t k, int axis) noexcept nogil:
-    """Put the k-th smallest of [low, high) along an axis in its place (Hoare's quickselect)."""
-    cdef Py_ssize_t i, j, middle
-    cdef double pivot
-    high -= 1
-    while low < high:
-        middle = (low + high) // 2
-        if a[middle].x[axis] < a[low].x[axis]:
-            swap(&a[middle], &a[low])
-        if a[high].x[axis] < a[low].x[axis]:
-            swap(&a[high], &a[low])
-        if a[high].x[axis] < a[middle].x[axis]:
-            swap(&a[high], &a[middle])
-        pivot = a[middle].x[axis]
-        i, j = low, high
-        while i <= j:
-            while a[i].x[axis] < pivot:
-                i += 1
-            while pivot < a[j].x[axis]:
-                j -= 1
-            if i <= j:
-                swap(&a[i], &a[j])
-                i += 1
-                j -= 1
-        if k <= j:
-            high = j
-        elif k >= i:
-            low = i
-        else:
-            return
+    """Put the k-th smallest of [low, high) along an axis in its place, smaller ones before it."""
+    cdef double ends[2]
+    cdef Py_ssize_t middle, before
+    cdef double one, two, three, pivot
+    cdef int side
+    while high - low > FEW:
+        before = high - low
+        if before > MANY:
+            bracket(a, low, high, k, axis, ends)
+            for side in range(2):
+                middle = divide(a, low, high, ends[side], False, axis)
+                if k < middle:
+                    high = middle
+                    break
+                low = middle
+            if high - low < before:
+                continue
+        one, two = a[low].x[axis], a[(low + high) // 2].x[axis]
+        three = a[high - 1].x[axis]
+        pivot = fmax(fmin(one, two), fmin(fmax(one, two), three))
+        middle = divide(a, low, high, pivot, False, axis)
+        if k < middle:
+            high = middle
+            continue
+        low = middle
+        if high - low == before:  # none is smaller than the pivot
+            low = divide(a, low, high, pivot, True, axis)
+            if k < low:
+                return
+    sort(a, low, high, axis)
 
 
 cdef class Tree:
@@ -309,15 +363,17 @@ cdef void build(
     cdef Py_ssize_t place = node - (<Py_ssize_t> 1 << level)
     cdef Py_ssize_t low = (n * place) >> level, high = (n * (place + 1)) >> level, i
     cdef double* box = &boxes[12 * (node >> 1) + (node & 1)]
+    cdef double least[3]
+    cdef double most[3]
     cdef int axis, longest = 0
     for axis in range(3):
-        box[2 * axis], box[6 + 2 * axis] = INFINITY, -INFINITY
+        least[axis], most[axis] = INFINITY, -INFINITY
     for i in range(low, high):
         for axis in range(3):
-            if entries[i].x[axis] < box[2 * axis]:
-                box[2 * axis] = entries[i].x[axis]
-            if entries[i].x[axis] > box[6 + 2 * axis]:
-                box[6 + 2 * axis] = entries[i].x[axis]
+            least[axis] = entries[i].x[axis] if entries[i].x[axis] < least[axis] else least[axis]
+            most[axis] = entries[i].x[axis] if entries[i].x[axis] > most[axis] else most[axis]
+    for axis in range(3):
+        box[2 * axis], box[6 + 2 * axis] = least[axis], most[axis]
     if level == depth:
         return
     for axis in range(1, 3):
