@@ -238,11 +238,11 @@ def test_spread(oriented, angle, step, rng):
 @given(rngs, st.integers(0, 30), st.integers(1, 40), st.integers(1, 12))
 def test_nearest_rows(rng, queries, count, length):
     own, other = rng.normal(size=(queries, length)), rng.normal(size=(count, length))
-    found = propagate.nearest_rows(own, other)
-    expected = plain_propagate.nearest_rows(own, other)
+    found = propagate.Rows(other).nearest(own)
+    expected = plain_propagate.Rows(other).nearest(own)
     np.testing.assert_allclose(found[0], expected[0])
     np.testing.assert_array_equal(found[1], expected[1])
-    same = propagate.nearest_rows(own, np.repeat(other, 2, axis=0))
+    same = propagate.Rows(np.repeat(other, 2, axis=0)).nearest(own)
     np.testing.assert_array_equal(same[1], 2 * found[1])
 
 

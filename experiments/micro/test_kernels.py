@@ -150,8 +150,8 @@ def test_spread(benchmark: Any, views: list[View], seeds: Matches, variant: str)
 def test_rows(benchmark: Any, views: list[View], variant: str) -> None:
     own, other = (view.features.descriptors for view in views)
     distances, _ = timed(
-        benchmark, variant, lambda: propagate.nearest_rows(own, other),
-        lambda: plain_propagate.nearest_rows(own, other),
+        benchmark, variant, lambda: propagate.Rows(other).nearest(own),
+        lambda: plain_propagate.Rows(other).nearest(own),
     )  # fmt: skip
     assert len(distances) == len(own)
 

@@ -17,6 +17,56 @@ import numpy as np
 cdef enum:
     RINGS = 2
 
+cdef extern from *:
+    """
+    // Four numbers at a time. What it finds is what most_alike finds, of all but the last few.
+    #ifdef __SSE2__
+    #include <emmintrin.h>
+    #define MVREG_WIDE 1
+    static inline Py_ssize_t wide_alike(
+        const float* away, float at, const float* angles, Py_ssize_t stride, const float* wanted,
+        Py_ssize_t scales, float limit, Py_ssize_t count, float* least, Py_ssize_t* best
+    ) {
+        const __m128 size = _mm_castsi128_ps(_mm_set1_epi32(0x7fffffff));
+        const __m128 middle = _mm_set1_ps(at), one = _mm_set1_ps(1), most = _mm_set1_ps(limit);
+        Py_ssize_t n = 0;
+        for (; n + 4 <= count; n += 4) {
+            __m128 near = _mm_and_ps(_mm_sub_ps(_mm_loadu_ps(away + n), middle), size);
+            __m128 fits = _mm_cmple_ps(near, one), cost = _mm_setzero_ps();
+            for (Py_ssize_t scale = 0; scale < scales; scale++) {
+                const __m128 angle = _mm_loadu_ps(angles + scale * stride + n);
+                const __m128 apart = _mm_sub_ps(angle, _mm_set1_ps(wanted[scale]));
+                const __m128 turned = _mm_and_ps(apart, size);
+                fits = _mm_and_ps(fits, _mm_cmplt_ps(turned, most));
+                cost = _mm_add_ps(cost, turned);
+            }
+            int any = _mm_movemask_ps(fits);
+            if (any) {
+                float costs[4];
+                _mm_storeu_ps(costs, cost);
+                for (int k = 0; k < 4; k++)
+                    if (any >> k & 1 && costs[k] < *least) {
+                        *least = costs[k];
+                        *best = n + k;
+                    }
+            }
+        }
+        return n;
+    }
+    #else
+    #define MVREG_WIDE 0
+    static inline Py_ssize_t wide_alike(
+        const float*, float, const float*, Py_ssize_t, const float*, Py_ssize_t, float, Py_ssize_t,
+        float*, Py_ssize_t*
+    ) { return 0; }
+    #endif
+    """
+    const bint WIDE "MVREG_WIDE"
+    Py_ssize_t wide_alike(
+        const float* away, float at, const float* angles, Py_ssize_t stride, const float* wanted,
+        Py_ssize_t scales, float limit, Py_ssize_t count, float* least, Py_ssize_t* best
+    ) noexcept nogil
+
 
 cdef class Shape:
     """The keypoints of one view as `Spread` asks for them.
@@ -163,11 +213,10 @@ cdef void match(
     cdef Py_ssize_t scales = source.scales, size = source.size, m, n, best, scale, k, ring
     cdef Py_ssize_t rings = own.ends.size() - 1, low, count
     cdef double total, gap
-    cdef float least, away, cost, one
+    cdef float away
     cdef vector[float] wanted
-    cdef vector[Py_ssize_t] partner, left
+    cdef vector[Py_ssize_t] partner
     partner.resize(target.size, -1)
-    left.resize(size + 1)
     wanted.resize(scales)
     m = -step
     while m + step < target.size:
@@ -181,21 +230,10 @@ cdef void match(
             wanted[scale] = turn(target, m, seed, scale, oriented)
         low = own.ends[max(ring - RINGS, 0)]
         count = own.ends[min(ring + RINGS + 1, rings)] - low
-        count = close(&own.away[low], away, &own.angle[low], wanted[0], limit, count, left.data())
-        best, least = -1, INFINITY
-        for k in range(count):
-            n = low + left[k]
-            cost = 0
-            for scale in range(scales):
-                one = fabsf(own.angle[scale * size + n] - wanted[scale])
-                cost += one
-                if one >= limit:
-                    cost = INFINITY
-                    break
-            if cost < least:
-                least, best = cost, n
+        best = most_alike(&own.away[low], away, &own.angle[low], size, wanted.data(), scales, limit,
+                          count)
         if best >= 0:
-            partner[m] = own.which[best]
+            partner[m] = own.which[low + best]
     for m in range(target.size):
         k = partner[m]
         if k < 0:
@@ -209,63 +247,95 @@ cdef void match(
             matches.push_back(m)
 
 
-cdef inline Py_ssize_t close(
-    const float* away, float at, const float* angles, float wanted, float limit, Py_ssize_t count,
-    Py_ssize_t* left
+cdef inline Py_ssize_t most_alike(
+    const float* away, float at, const float* angles, Py_ssize_t stride, const float* wanted,
+    Py_ssize_t scales, float limit, Py_ssize_t count
 ) noexcept nogil:
-    """Which are as far away to within one, and turned as much; without a branch. How many."""
-    cdef Py_ssize_t n, found = 0
-    for n in range(count):
-        left[found] = n
-        found += (fabsf(away[n] - at) <= 1) & (fabsf(angles[n] - wanted) < limit)
-    return found
-
-
-def nearest_rows(queries, rows):
-    """The nearest of rows (N, D), N at least 1, to each of queries (M, D).
-
-    Returns
-    -------
-    distances, indices : (M,) arrays
-        The first of those equally near.
-    """
-    cdef const double[:, ::1] asked = np.ascontiguousarray(queries, dtype=np.float64)
-    cdef const double[:, ::1] given = np.ascontiguousarray(rows, dtype=np.float64)
-    cdef Py_ssize_t size = given.shape[0], length = given.shape[1], i, j, k, best, up, down
-    cdef double least, total, gap
-    distances, indices = np.empty(asked.shape[0]), np.empty(asked.shape[0], dtype=np.intp)
-    cdef double[::1] far = distances
-    cdef Py_ssize_t[::1] which = indices
-    # Along the axis of the largest spread: once that gap alone is too wide the search is over.
-    cdef Py_ssize_t axis = np.asarray(given).var(axis=0).argmax()
-    order = np.argsort(np.asarray(given)[:, axis], kind="stable")
-    cdef const Py_ssize_t[::1] ranked = order
-    cdef const double[:, ::1] ascending = np.asarray(given)[order]
-    cdef const Py_ssize_t[::1] start = np.searchsorted(
-        np.asarray(ascending)[:, axis], np.asarray(asked)[:, axis])
-    with nogil:
-        for i in range(asked.shape[0]):
-            least, best, up, down = INFINITY, -1, start[i], start[i] - 1
-            while up < size or down >= 0:
-                if up < size and (down < 0 or ascending[up, axis] - asked[i, axis]
-                                  <= asked[i, axis] - ascending[down, axis]):
-                    j = up
-                    up += 1
-                else:
-                    j = down
-                    down -= 1
-                gap = ascending[j, axis] - asked[i, axis]
-                if gap * gap > least:
+    """Which is as far away to within one, and turned as much at all scales, most nearly; or -1."""
+    cdef float least = INFINITY, cost, one
+    cdef Py_ssize_t best = -1, n = 0, scale
+    if WIDE:
+        n = wide_alike(
+            away, at, angles, stride, wanted, scales, limit, count, &least, &best)
+    while n < count:
+        if fabsf(away[n] - at) <= 1:
+            cost = 0
+            for scale in range(scales):
+                one = fabsf(angles[scale * stride + n] - wanted[scale])
+                if not one < limit:
+                    cost = INFINITY
                     break
-                total, k = 0, 0
-                while k < length and total <= least:
-                    gap = asked[i, k] - ascending[j, k]
-                    total += gap * gap
-                    k += 1
-                if total < least or (total == least and ranked[j] < best):
-                    least, best = total, ranked[j]
-            far[i], which[i] = sqrt(least), best
-    return distances, indices
+                cost += one
+            if cost < least:
+                least, best = cost, n
+        n += 1
+    return best
+
+
+cdef class Rows:
+    """Rows (N, D), N at least 1, in the order of the column that varies most.
+
+    Parameters
+    ----------
+    rows : (N, D) array
+    """
+
+    cdef Py_ssize_t axis
+    cdef const Py_ssize_t[::1] ranked
+    cdef const double[:, ::1] ascending
+    cdef object column
+
+    def __init__(self, rows):
+        given = np.ascontiguousarray(rows, dtype=np.float64)
+        self.axis = given.var(axis=0).argmax()
+        order = np.argsort(given[:, self.axis], kind="stable")
+        ascending = given[order]
+        self.ranked, self.ascending = order, ascending
+        self.column = np.ascontiguousarray(ascending[:, self.axis])
+
+    def nearest(self, queries):
+        """The nearest row to each of queries (M, D).
+
+        Along the column that varies most: once that gap alone is too wide the search is over.
+
+        Returns
+        -------
+        distances, indices : (M,) arrays
+            The first of those equally near.
+        """
+        cdef const double[:, ::1] asked = np.ascontiguousarray(queries, dtype=np.float64)
+        cdef const double[:, ::1] ascending = self.ascending
+        cdef Py_ssize_t size = ascending.shape[0], length = ascending.shape[1], axis = self.axis
+        cdef Py_ssize_t i, j, k, best, up, down
+        cdef double least, total, gap
+        distances, indices = np.empty(asked.shape[0]), np.empty(asked.shape[0], dtype=np.intp)
+        cdef double[::1] far = distances
+        cdef Py_ssize_t[::1] which = indices
+        cdef const Py_ssize_t[::1] start = np.searchsorted(
+            self.column, np.asarray(asked)[:, axis])
+        with nogil:
+            for i in range(asked.shape[0]):
+                least, best, up, down = INFINITY, -1, start[i], start[i] - 1
+                while up < size or down >= 0:
+                    if up < size and (down < 0 or ascending[up, axis] - asked[i, axis]
+                                      <= asked[i, axis] - ascending[down, axis]):
+                        j = up
+                        up += 1
+                    else:
+                        j = down
+                        down -= 1
+                    gap = ascending[j, axis] - asked[i, axis]
+                    if gap * gap > least:
+                        break
+                    total, k = 0, 0
+                    while k < length and total <= least:
+                        gap = asked[i, k] - ascending[j, k]
+                        total += gap * gap
+                        k += 1
+                    if total < least or (total == least and self.ranked[j] < best):
+                        least, best = total, self.ranked[j]
+                far[i], which[i] = sqrt(least), best
+        return distances, indices
 
 
 def consensus(source, target, matches, ends, draws, double tolerance):
@@ -313,8 +383,8 @@ cdef void agreed(
     const Py_ssize_t[:, ::1] drawn, double tolerance, double[:, ::1] pose, unsigned char[::1] kept
 ) noexcept nogil:
     """The consensus of one set of matches."""
-    cdef Py_ssize_t size = pairs.shape[0], s, i, votes, most = 3, j
-    cdef vector[double] x, y
+    cdef Py_ssize_t size = pairs.shape[0], s, i, most = 3, votes, j
+    cdef vector[double] x, y, apart
     cdef double a[9]
     cdef double b[9]
     cdef double limit = tolerance * tolerance
@@ -323,9 +393,11 @@ cdef void agreed(
     cdef int k
     x.resize(3 * size)
     y.resize(3 * size)
+    apart.resize(6 * size)
     for i in range(size):
         for k in range(3):
             x[3 * i + k], y[3 * i + k] = here[pairs[i, 0], k], there[pairs[i, 1], k]
+            apart[k * size + i], apart[(3 + k) * size + i] = x[3 * i + k], y[3 * i + k]
     for s in range(drawn.shape[0]):
         for j in range(3):
             for k in range(3):
@@ -333,9 +405,7 @@ cdef void agreed(
         if not sound(a, b, tolerance):
             continue
         triangle(a, b, motion)
-        votes = 0
-        for i in range(size):
-            votes += squared_miss(motion, &x[3 * i], &y[3 * i]) < limit
+        votes = hits(motion, apart.data(), size, limit)
         if votes > most:
             most = votes
             for k in range(12):
@@ -346,6 +416,27 @@ cdef void agreed(
         kept[i] = squared_miss(best, &x[3 * i], &y[3 * i]) < limit
     fit(x, y, kept, most, motion)
     to_array(motion, pose)
+
+
+cdef inline Py_ssize_t hits(
+    const double* motion, const double* at, Py_ssize_t size, double limit
+) noexcept nogil:
+    """How many matches a motion brings closer than a squared limit.
+
+    All x of the one side come first, then all y, all z, then those of the other. Counted in
+    floating point, so that compilers take several at a time.
+    """
+    cdef Py_ssize_t i
+    cdef double u, v, w, found = 0
+    for i in range(size):
+        u = (motion[0] * at[i] + motion[1] * at[size + i] + motion[2] * at[2 * size + i]
+             + motion[9] - at[3 * size + i])
+        v = (motion[3] * at[i] + motion[4] * at[size + i] + motion[5] * at[2 * size + i]
+             + motion[10] - at[4 * size + i])
+        w = (motion[6] * at[i] + motion[7] * at[size + i] + motion[8] * at[2 * size + i]
+             + motion[11] - at[5 * size + i])
+        found += 1.0 if u * u + v * v + w * w < limit else 0.0
+    return <Py_ssize_t> found
 
 
 cdef inline double squared_miss(const double* motion, const double* x, const double* y) noexcept nogil:

@@ -103,9 +103,7 @@ class Attempts:
 
     def changed(self, *groups: int) -> None:
         """Forget the attempts that rest on partial models which are no longer what they were."""
-        self.ready = {
-            key: one for key, one in self.ready.items() if one.groups.isdisjoint(groups)
-        }
+        self.ready = {key: one for key, one in self.ready.items() if one.groups.isdisjoint(groups)}
 
 
 def shortened(attempt: Attempt, share: float) -> Attempt:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mvreg import se3
 from mvreg.errors import InputError, check_positive
@@ -14,22 +15,73 @@ from mvreg.nearest import nearest
 from mvreg.parallel import in_threads, slices
 from mvreg.types import Array, Candidates, Indices, Matches, View
 
+Flags = NDArray[np.bool_]
+
 #: So many seeds are worth a thread's while.
 PART = 8
+#: So many poses are ranked, however few `supported` asks for.
+LEAST_RANKED = 16
 #: Poses are ranked on every n-th keypoint first, and so many times those wanted on all.
 FEWER, AMONG = 4, 3
 
 
-def triples(sizes: Sequence[int], samples: int, rng: np.random.Generator) -> Indices:
+def triples(sizes: Sequence[int] | Indices, samples: int, rng: np.random.Generator) -> Indices:
     """Draw three different ones of so many things, again and again: (S, samples, 3)."""
     most = np.asarray(sizes)[:, None, None] - np.arange(3)
-    draw = rng.integers(0, most, size=(len(most), samples, 3))
+    # Shares of what is left to draw from: whole numbers of as many ranges take ten times as long.
+    draw: Indices = (rng.random((len(most), samples, 3)) * most).astype(np.intp)
     first, second, third = np.moveaxis(draw, 2, 0)
     # Offsets that skip what is already drawn.
     second += second >= first
     third += third >= np.minimum(first, second)
     third += third >= np.maximum(first, second)
     return draw
+
+
+@dataclass(frozen=True, eq=False)
+class Spread:
+    """Sets of matches, one for each seed, which comes first in it.
+
+    Set s of the `matches` (M, 2) begins at ``ends[s]`` and ends before ``ends[s + 1]``.
+    """
+
+    matches: Indices
+    ends: Indices
+
+    def __len__(self) -> int:
+        return len(self.ends) - 1
+
+    def __getitem__(self, one: int) -> Indices:
+        return self.matches[self.ends[one] : self.ends[one + 1]]
+
+    @property
+    def sizes(self) -> Indices:
+        """How many matches each set has."""
+        return np.diff(self.ends)
+
+    def part(self, some: slice) -> Spread:
+        """A few sets in a row."""
+        first, last = self.ends[some.start], self.ends[some.stop]
+        return Spread(self.matches[first:last], self.ends[some.start : some.stop + 1] - first)
+
+    def larger_than(self, least: int) -> Spread:
+        """The sets of so many matches or more."""
+        kept = self.sizes >= least
+        if kept.all():
+            return self
+        ends = np.concatenate([[0], np.cumsum(self.sizes[kept])])
+        return Spread(self.matches[np.repeat(kept, self.sizes)], ends)
+
+
+def supported(spread: Spread, agree: Flags, share: float) -> Indices:
+    """Which sets have most matches that agree: this share of those that have any, ascending."""
+    if not len(spread):
+        return np.empty(0, dtype=np.intp)
+    count = np.add.reduceat(agree, spread.ends[:-1], dtype=np.intp)
+    most = max(LEAST_RANKED, int(np.ceil(share * np.count_nonzero(count))))
+    order = np.argsort(-count, kind="stable")[:most]
+    found: Indices = np.sort(order[count[order] > 0])
+    return found
 
 
 def shape(view: View) -> kernels.Shape:
@@ -64,6 +116,9 @@ class ConsensusPropagate:
         Three-point samples of the RANSAC.
     inlier_distance : float
         In units of the keypoints' spacing.
+    supported : float
+        Of the poses those are ranked that most matches agree with, this share of them. With half
+        of them FCPMA stalls in one order of Dragon's scans in twenty, with all in one in fifty.
     quality_overlap : float
         The quality of a pose is the mean squared distance of this share of the source keypoints,
         the best ones, to the target's.
@@ -81,6 +136,7 @@ class ConsensusPropagate:
     min_matches: int = 11
     samples: int = 200
     inlier_distance: float = 1.0
+    supported: float = 1.0
     quality_overlap: float = 0.4
     keep: int = 5
     separation: float = 10.0
@@ -99,31 +155,29 @@ class ConsensusPropagate:
                 "propagate: expected keep >= 1, samples >= 1 and min_matches >= 3, got "
                 f"{self.keep}, {self.samples} and {self.min_matches}"
             )
-        if not 0 < self.quality_overlap <= 1:
-            raise InputError(
-                f"propagate.quality_overlap: expected a share in (0, 1], got {self.quality_overlap}"
-            )
+        for name in ("supported", "quality_overlap"):
+            if not 0 < getattr(self, name) <= 1:
+                raise InputError(
+                    f"propagate.{name}: expected a share in (0, 1], got {getattr(self, name)}"
+                )
 
     def __call__(
         self, source: View, target: View, seeds: Matches, rng: np.random.Generator
     ) -> Candidates:
-        spread = [
-            matches
-            for matches in self.spread(source, target, seeds.indices)
-            if len(matches) >= self.min_matches
-        ]
-        draws = triples([len(matches) for matches in spread], self.samples, rng)
-        found = in_threads(
-            lambda part: self.consensus(source, target, spread[part], draws[part]),
-            slices(len(spread), PART),
-        )
-        agreed = [one for part in found for one in part]
-        if not agreed:
+        spread = self.spread(source, target, seeds.indices).larger_than(self.min_matches)
+        poses, agree = self.consensus(source, target, spread, rng)
+        found = supported(spread, agree, self.supported)
+        if not len(found):
             return Candidates.none()
-        return self.rank(source, target, np.stack([pose for pose, _ in agreed]), agreed)
+        kept, scores = self.rank(source, target, poses[found])
+        chosen = found[kept]
+        matches = tuple(spread[k][agree[spread.ends[k] : spread.ends[k + 1]]] for k in chosen)
+        return Candidates(poses[chosen], scores, matches)
 
-    def spread(self, source: View, target: View, seeds: Indices) -> list[Indices]:
-        """Spread seeds (S, 2) over both shapes: matches (M, 2) of each, the seed first."""
+    def spread(self, source: View, target: View, seeds: Indices) -> Spread:
+        """Spread seeds (S, 2) over both shapes."""
+        if not len(seeds):
+            return Spread(np.empty((0, 2), dtype=np.intp), np.zeros(1, dtype=np.intp))
         own, other = shape(source), shape(target)
         step = max(1, len(target.features.keypoints) // self.spread_over)
         oriented = source.features.oriented and target.features.oriented
@@ -134,48 +188,48 @@ class ConsensusPropagate:
             ),
             slices(len(seeds), PART),
         )  # fmt: skip
-        return [m for matches, ends in parts for m in np.split(matches, ends[1:-1]) if len(m)]
+        sizes = np.concatenate([np.diff(ends) for _, ends in parts])
+        matches = np.concatenate([matches for matches, _ in parts])
+        return Spread(matches, np.concatenate([[0], np.cumsum(sizes)]))
 
     def consensus(
-        self, source: View, target: View, spread: list[Indices], draws: Indices
-    ) -> list[tuple[Array, Indices]]:
-        """The motions (4, 4) of those sets of matches that agree on one, and who agrees."""
-        if not spread:
-            return []
-        ends = np.cumsum([0, *(len(matches) for matches in spread)])
-        poses, agree = kernels.consensus(
-            source.features.keypoints, target.features.keypoints, np.concatenate(spread), ends,
-            draws, self.inlier_distance * source.scale.spacing,
-        )  # fmt: skip
-        kept = np.split(agree, ends[1:-1])
-        return [
-            (pose, matches[mask])
-            for pose, matches, mask in zip(poses, spread, kept, strict=True)
-            if mask.any()
-        ]
+        self, source: View, target: View, spread: Spread, rng: np.random.Generator
+    ) -> tuple[Array, Flags]:
+        """The motions (S, 4, 4) that the sets' matches agree on, and which agree (M,)."""
+        if not len(spread):
+            return np.empty((0, 4, 4)), np.empty(0, dtype=bool)
+        draws = triples(spread.sizes, self.samples, rng)
+        own, other = source.features.keypoints, target.features.keypoints
+        tolerance = self.inlier_distance * source.scale.spacing
 
-    def rank(
-        self, source: View, target: View, poses: Array, agreed: list[tuple[Array, Indices]]
-    ) -> Candidates:
-        """Order by quality; keep the best that differ."""
+        def of_some(some: slice) -> tuple[Array, Flags]:
+            part = spread.part(some)
+            poses, agree = kernels.consensus(
+                own, other, part.matches, part.ends, draws[some], tolerance
+            )
+            return poses, agree
+
+        found = in_threads(of_some, slices(len(spread), PART))
+        return np.concatenate([p for p, _ in found]), np.concatenate([a for _, a in found])
+
+    def rank(self, source: View, target: View, poses: Array) -> tuple[Indices, Array]:
+        """Which poses differ and have the best quality, and that: best first."""
         keypoints = source.features.keypoints
         rough = self.quality(keypoints[::FEWER], source, target, poses)
         few = self.different(poses, rough, AMONG * self.keep)
         scores = self.quality(keypoints, source, target, poses[few])
         kept = np.argsort(scores, kind="stable")[: self.keep]
-        chosen = [few[k] for k in kept]
-        return Candidates(poses[chosen], scores[kept], tuple(agreed[k][1] for k in chosen))
+        return few[kept], scores[kept]
 
-    def different(self, poses: Array, scores: Array, most: int) -> list[int]:
+    def different(self, poses: Array, scores: Array, most: int) -> Indices:
         """Positions of the best poses that differ, `most` of them."""
         kept: list[int] = []
-        for index in np.argsort(scores, kind="stable"):
-            angles = se3.rotation_angle(poses[kept], poses[index])
-            if not (np.rad2deg(angles) < self.separation).any():
-                kept.append(int(index))
-            if len(kept) == most:
-                break
-        return kept
+        left = np.argsort(scores, kind="stable")
+        while len(left) and len(kept) < most:
+            kept.append(int(left[0]))
+            angles = se3.rotation_angle(poses[left], poses[left[0]])
+            left = left[1:][np.rad2deg(angles[1:]) >= self.separation]
+        return np.array(kept)
 
     def quality(self, keypoints: Array, source: View, target: View, poses: Array) -> Array:
         """Mean squared distances (C,) of the best of the keypoints, moved, to the target's."""

@@ -7,8 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from mvreg.errors import InputError
-from mvreg.kernels.propagate import nearest_rows
+from mvreg.kernels.propagate import Rows
+from mvreg.parallel import in_threads, slices
 from mvreg.types import Matches, View
+
+#: So many descriptors are worth a thread's while.
+PART = 100
 
 
 @dataclass(frozen=True)
@@ -34,7 +38,9 @@ class NearestSeed:
         own, other = source.features.descriptors, target.features.descriptors
         if len(own) == 0 or len(other) == 0:
             return Matches(np.empty((0, 2), dtype=np.intp), np.empty(0))
-        distances, nearest = nearest_rows(own, other)
+        rows = Rows(other)
+        parts = in_threads(lambda some: rows.nearest(own[some]), slices(len(own), PART))
+        distances, nearest = (np.concatenate(each) for each in zip(*parts, strict=True))
         best = np.argsort(distances, kind="stable")
         best = best[: int(np.ceil(self.top_fraction * len(own)))]
         return Matches(np.stack([best, nearest[best]], axis=1), distances[best])
