@@ -151,7 +151,7 @@ def test_rows(benchmark: Any, views: list[View], variant: str) -> None:
     own, other = (view.features.descriptors for view in views)
     distances, _ = timed(
         benchmark, variant, lambda: propagate.Rows(other).nearest(own),
-        lambda: plain_propagate.Rows(other).nearest(own),
+        lambda: plain_propagate.nearest_rows(own, other),
     )  # fmt: skip
     assert len(distances) == len(own)
 
