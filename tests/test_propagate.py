@@ -7,7 +7,7 @@ from mvreg import se3
 from mvreg.errors import InputError
 from mvreg.kernels import propagate as kernels
 from mvreg.kernels.reference.propagate import angles_to, band_pairs, best_of_each
-from mvreg.stages.propagate import ConsensusPropagate, Spread, supported, triples
+from mvreg.stages.propagate import ConsensusPropagate, Spread, triples
 from mvreg.testing import overlap, pipeline
 from mvreg.types import Matches
 
@@ -145,18 +145,6 @@ def test_a_seed_that_does_not_spread_is_given_up():
     assert len(none) == 0
 
 
-def test_those_that_most_matches_agree_with_are_ranked():
-    spread = Spread(np.zeros((60, 2), dtype=np.intp), np.arange(0, 61, 3))
-    agree = np.zeros(60, dtype=bool)
-    agree[[3, 4, 5, 6, 7, 9, 12, 13, 15, *range(18, 60)]] = True
-    assert supported(spread, agree, 1.0).tolist() == list(range(1, 20))
-    assert supported(spread, agree, 0.1).tolist() == [1, 2, *range(6, 20)], "sixteen at least"
-    assert len(supported(spread, np.zeros(60, dtype=bool), 1.0)) == 0
-    whole, _ = propagate()
-    half, _ = propagate(supported=0.5)
-    assert se3.rotation_angle(whole.poses[0], half.poses[0]) < np.deg2rad(1)
-
-
 def test_sets_of_matches():
     spread = Spread(np.arange(16).reshape(8, 2), np.array([0, 3, 4, 8]))
     assert len(spread) == 3 and spread.sizes.tolist() == [3, 1, 4]
@@ -196,7 +184,7 @@ def test_no_seeds_no_candidates(rng):
 @pytest.mark.parametrize(
     "parameters",
     [{"keep": 0}, {"samples": 0}, {"min_matches": 2}, {"quality_overlap": 0.0},
-     {"quality_overlap": 1.1}, {"supported": 0.0}, {"supported": 1.5}],
+     {"quality_overlap": 1.1}],
 )  # fmt: skip
 def test_wrong_parameters_are_refused(parameters):
     (name,) = parameters

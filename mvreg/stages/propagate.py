@@ -19,8 +19,6 @@ Flags = NDArray[np.bool_]
 
 #: So many seeds are worth a thread's while.
 PART = 8
-#: So many poses are ranked, however few `supported` asks for.
-LEAST_RANKED = 16
 #: Poses are ranked on every n-th keypoint first, and so many times those wanted on all.
 FEWER, AMONG = 4, 3
 
@@ -28,8 +26,7 @@ FEWER, AMONG = 4, 3
 def triples(sizes: Sequence[int] | Indices, samples: int, rng: np.random.Generator) -> Indices:
     """Draw three different ones of so many things, again and again: (S, samples, 3)."""
     most = np.asarray(sizes)[:, None, None] - np.arange(3)
-    # Shares of what is left to draw from: whole numbers of as many ranges take ten times as long.
-    draw: Indices = (rng.random((len(most), samples, 3)) * most).astype(np.intp)
+    draw = rng.integers(0, most, size=(len(most), samples, 3))
     first, second, third = np.moveaxis(draw, 2, 0)
     # Offsets that skip what is already drawn.
     second += second >= first
@@ -73,17 +70,6 @@ class Spread:
         return Spread(self.matches[np.repeat(kept, self.sizes)], ends)
 
 
-def supported(spread: Spread, agree: Flags, share: float) -> Indices:
-    """Which sets have most matches that agree: this share of those that have any, ascending."""
-    if not len(spread):
-        return np.empty(0, dtype=np.intp)
-    count = np.add.reduceat(agree, spread.ends[:-1], dtype=np.intp)
-    most = max(LEAST_RANKED, int(np.ceil(share * np.count_nonzero(count))))
-    order = np.argsort(-count, kind="stable")[:most]
-    found: Indices = np.sort(order[count[order] > 0])
-    return found
-
-
 def shape(view: View) -> kernels.Shape:
     """A view as the kernel asks for it."""
     features = view.features
@@ -116,9 +102,6 @@ class ConsensusPropagate:
         Three-point samples of the RANSAC.
     inlier_distance : float
         In units of the keypoints' spacing.
-    supported : float
-        Of the poses those are ranked that most matches agree with, this share of them. With half
-        of them FCPMA stalls in one order of Dragon's scans in twenty, with all in one in fifty.
     quality_overlap : float
         The quality of a pose is the mean squared distance of this share of the source keypoints,
         the best ones, to the target's.
@@ -136,7 +119,6 @@ class ConsensusPropagate:
     min_matches: int = 11
     samples: int = 200
     inlier_distance: float = 1.0
-    supported: float = 1.0
     quality_overlap: float = 0.4
     keep: int = 5
     separation: float = 10.0
@@ -155,18 +137,21 @@ class ConsensusPropagate:
                 "propagate: expected keep >= 1, samples >= 1 and min_matches >= 3, got "
                 f"{self.keep}, {self.samples} and {self.min_matches}"
             )
-        for name in ("supported", "quality_overlap"):
-            if not 0 < getattr(self, name) <= 1:
-                raise InputError(
-                    f"propagate.{name}: expected a share in (0, 1], got {getattr(self, name)}"
-                )
+        if not 0 < self.quality_overlap <= 1:
+            raise InputError(
+                f"propagate.quality_overlap: expected a share in (0, 1], got {self.quality_overlap}"
+            )
 
     def __call__(
         self, source: View, target: View, seeds: Matches, rng: np.random.Generator
     ) -> Candidates:
+        if not len(seeds):
+            return Candidates.none()
         spread = self.spread(source, target, seeds.indices).larger_than(self.min_matches)
+        if not len(spread):
+            return Candidates.none()
         poses, agree = self.consensus(source, target, spread, rng)
-        found = supported(spread, agree, self.supported)
+        found = np.flatnonzero(np.logical_or.reduceat(agree, spread.ends[:-1]))
         if not len(found):
             return Candidates.none()
         kept, scores = self.rank(source, target, poses[found])
@@ -175,9 +160,7 @@ class ConsensusPropagate:
         return Candidates(poses[chosen], scores, matches)
 
     def spread(self, source: View, target: View, seeds: Indices) -> Spread:
-        """Spread seeds (S, 2) over both shapes."""
-        if not len(seeds):
-            return Spread(np.empty((0, 2), dtype=np.intp), np.zeros(1, dtype=np.intp))
+        """Spread seeds (S, 2), at least one, over both shapes."""
         own, other = shape(source), shape(target)
         step = max(1, len(target.features.keypoints) // self.spread_over)
         oriented = source.features.oriented and target.features.oriented
@@ -196,8 +179,6 @@ class ConsensusPropagate:
         self, source: View, target: View, spread: Spread, rng: np.random.Generator
     ) -> tuple[Array, Flags]:
         """The motions (S, 4, 4) that the sets' matches agree on, and which agree (M,)."""
-        if not len(spread):
-            return np.empty((0, 4, 4)), np.empty(0, dtype=bool)
         draws = triples(spread.sizes, self.samples, rng)
         own, other = source.features.keypoints, target.features.keypoints
         tolerance = self.inlier_distance * source.scale.spacing

@@ -59,7 +59,6 @@ class BestFirst:
     search : dict
         Parameters of the stages that suit few attempts at many poses, by dotted names, as long as
         they are at their defaults; twice the paper's share of seeds finds one pair in ten more.
-        Half of the samples, and of the poses ranked, find as many as all.
     """
 
     radii: list[float] = field(default_factory=lambda: [1.0, 2.0, 3.0])
@@ -67,11 +66,7 @@ class BestFirst:
     parts: int = 3
     patience: int = 10
     min_probability: float = 0.5
-    search: dict[str, Any] = field(
-        default_factory=lambda: {
-            "seed.top_fraction": 0.6, "propagate.samples": 100, "propagate.supported": 0.5
-        }
-    )  # fmt: skip
+    search: dict[str, Any] = field(default_factory=lambda: {"seed.top_fraction": 0.6})
 
     def __post_init__(self) -> None:
         check_ascending("strategy", radii=self.radii)
