@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from threading import Lock
 
 import numpy as np
 
 from mvreg import se3
 from mvreg.evidence_measure import Flags, Side, look
+from mvreg.lazy import lazy
 from mvreg.types import Array, View
 
 #: Of `best_step`, in units of the mean eigenvalue: `mvreg.stages.plane_icp` takes the same.
 DAMPING = 1e-3
+#: A rough look asks every so-manieth point.
+ROUGH = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +42,11 @@ class Meeting:
     step: int = 1
     _sides: list[tuple[Side, Side]] = field(default_factory=list, init=False, repr=False)
     _looking: Lock = field(default_factory=Lock, init=False, repr=False)
+
+    @lazy
+    def rough(self) -> Meeting:
+        """The same, of every so-manieth point."""
+        return replace(self, step=ROUGH)
 
     @property
     def sides(self) -> tuple[Side, Side]:

@@ -6,14 +6,15 @@ from functools import cache
 import numpy as np
 import pytest
 
-from mvreg import events, se3
+from mvreg import events, evidence_pool, se3
 from mvreg.errors import InputError
+from mvreg.evidence import weigh
 from mvreg.stages.best_first_search import Search
 from mvreg.stages.describe import NoDescribe
 from mvreg.stages.judge_evidence import EvidenceJudge
 from mvreg.stages.partial_models import PartialModels
 from mvreg.stages.promise import promise
-from mvreg.stages.strategy_best_first import BestFirst, outcome
+from mvreg.stages.strategy_best_first import BestFirst, doubt, outcome
 from mvreg.testing import blob_scans, blob_views, pipeline
 from mvreg.testing.results import misplacement
 from mvreg.testing.views import scaled_view
@@ -163,6 +164,22 @@ def test_a_view_that_all_others_contradict_is_taken_back():
     assert BestFirst().take_back(models) == [2]
     answer = outcome(models, np.ones((3, 3)), [])
     assert answer.unregistered == (views[2].name,)
+
+
+def test_a_rough_look_is_enough_for_a_view_in_its_place(monkeypatch):
+    steps = []
+    asked = evidence_pool.look
+    monkeypatch.setattr(evidence_pool, "look", lambda *args: steps.append(args[3]) or asked(*args))
+    views, truth = blob_views(3), blob_scans(3).poses
+    models = joined(views, truth)
+    for meetings in models.met_by([0, 1, 2]).values():
+        assert doubt(meetings) == pytest.approx(1 - weigh(meetings).probability, abs=0.05)
+    steps.clear()
+    assert BestFirst().take_back(models) == []
+    assert set(steps) == {evidence_pool.ROUGH}
+    models.poses[2] = models.poses[2] @ se3.exp(np.array([0.0, 0.0, 1.0, 0, 0, 0]))
+    wrong = models.met_by([0, 1, 2])[2]
+    assert doubt(wrong) == 1 - weigh(wrong).probability > 0.5
 
 
 def test_a_join_is_refused_that_the_other_scans_object_to():

@@ -8,7 +8,8 @@ import pytest
 from mvreg import se3
 from mvreg.errors import InputError
 from mvreg.evidence import weigh
-from mvreg.stages.judge_evidence import ROUGH, EvidenceJudge, distance, meetings, path
+from mvreg.evidence_pool import ROUGH
+from mvreg.stages.judge_evidence import EvidenceJudge, distance, meetings, path
 from mvreg.testing import blob_scans, blob_views, overlap
 from mvreg.testing.scans import blob_scan, plane_scans, sensor_pose
 from mvreg.testing.views import pipeline, registration

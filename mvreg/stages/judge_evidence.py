@@ -11,11 +11,12 @@ from mvreg import se3
 from mvreg.errors import InputError, check_positive
 from mvreg.evidence import AGREED, Evidence, Meeting, weigh
 from mvreg.evidence_measure import may_meet
+from mvreg.evidence_pool import ROUGH
 from mvreg.types import Array, Model, Registration, Verdict, View
 
-#: A rival is looked at with every so-manieth point first. If it is less probable than this share of
-#: what would make it one, that is all: on the Stanford scans the two looks differ by 0.001 at most.
-ROUGH, FAR = 8, 0.1
+#: A rival is looked at roughly first. If it is less probable than this share of what would make it
+#: one, that is all: on the Stanford scans the two looks differ by 0.001 at most.
+FAR = 0.1
 
 
 def meetings(source: View, target: View, T_target_source: Array, step: int = 1) -> list[Meeting]:
