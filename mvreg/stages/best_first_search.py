@@ -50,16 +50,8 @@ class Search:
 
         It moves to the larger group, or to one of the same size.
         """
-        return next(self.ahead(), None)
-
-    def ahead(self) -> Iterator[tuple[int, list[int]]]:
-        """What `next` gives, then what promises most among groups that none before is about.
-
-        That is what will be next, as far as can be told: whatever comes of the attempts before, it
-        does not change those groups.
-        """
         if self.in_a_row >= max(LEAST_IN_A_ROW, IN_A_ROW * len(self.promises)):
-            return
+            return None
         group = self.models.group
         groups = [members for members in self.models.groups() if len(members)]
         labels = np.array([group[members[0]] for members in groups], dtype=np.intp)
@@ -70,12 +62,9 @@ class Search:
             row, source = divmod(best, len(group))
             for targets in self.targets(source, groups[row]):
                 if (source, frozenset(targets)) not in self.tried:
-                    yield source, targets
-                    about = group[[source, targets[0]]]
-                    worth[np.isin(labels, about)] = -np.inf
-                    worth[:, np.isin(group, about)] = -np.inf
-                    break
+                    return source, targets
             worth.flat[best] = -np.inf
+        return None
 
     def refresh(self) -> None:
         """What every view promises to each group: again only for groups that have changed.

@@ -14,7 +14,6 @@ from mvreg.errors import check_ascending, check_positive
 from mvreg.evidence import Meeting, weigh
 from mvreg.evidence_measure import witness
 from mvreg.parallel import in_threads
-from mvreg.stages.attempts import Attempts
 from mvreg.stages.best_first_search import Search
 from mvreg.stages.partial_models import PartialModels
 from mvreg.stages.promise import promise
@@ -107,33 +106,22 @@ class BestFirst:
     ) -> None:
         """Join partial models as long as there is something to try; `pairs` gets every attempt."""
         models = search.models
-        attempts = Attempts(search, pipeline, partial(self.attempt, models), rng)
-        while (found := attempts.next()) is not None:
-            source, targets, (registration, pair) = found
+        while (found := search.next()) is not None:
+            source, targets = found
+            target = models.target(targets, pipeline)
+            view = models.views[source]
+            checks = (
+                partial(beside_its_turns, pipeline, view, target),
+                partial(self.agreed, models, source, targets[0]),
+            )
+            registration, pair = pipeline.register(view, target, [], rng.spawn(1)[0], checks)
             pairs.append(replace(pair, target=models.views[targets[0]].name))
             if registration is None or not pair.verdict.reliable:
                 search.failed(source, targets)
                 continue
-            attempts.changed(*models.group[[source, targets[0]]].tolist())
             models.join(source, targets[0], registration.T_target_source)
             search.joined()
             pipeline.revise(outcome(models, promises, pairs))
-
-    def attempt(
-        self,
-        models: PartialModels,
-        source: int,
-        targets: Sequence[int],
-        pipeline: Pipeline,
-        rng: np.random.Generator,
-    ) -> tuple[Registration | None, Pair]:
-        """Register a view to some views of another partial model; nothing is joined yet."""
-        target, view = models.target(targets, pipeline), models.views[source]
-        checks = (
-            partial(beside_its_turns, pipeline, view, target),
-            partial(self.agreed, models, source, targets[0]),
-        )
-        return pipeline.register(view, target, [], rng, checks)
 
     def agreed(
         self,
