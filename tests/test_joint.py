@@ -10,7 +10,7 @@ import mvreg
 from mvreg import parallel, se3
 from mvreg.errors import InputError
 from mvreg.evaluate import pose_errors
-from mvreg.stages import joint_matrix
+from mvreg.stages import joint_matrix, joint_solve
 from mvreg.stages.joint import JointRefinement
 from mvreg.stages.joint_contacts import Gate, contacts, touching
 from mvreg.stages.joint_surface import surfaces
@@ -67,6 +67,19 @@ def test_all_starts_end_at_one_place():
     ends = [refine(spoilt(truth(), views(), 3, 1, number)).poses for number in range(3)]
     for end in ends[1:]:
         assert misplacement(end, ends[0], views(), views()[0].name) < 0.01
+
+
+def test_rounds_that_would_only_confirm_are_left_out(monkeypatch):
+    rounds, whole = [], joint_solve.Solver.round
+    monkeypatch.setattr(
+        joint_solve.Solver, "round", lambda self, *args: rounds.append(args) or whole(self, *args)
+    )
+    start = spoilt(truth(), views(), 2, 1)
+    end, few = refine(start).poses, len(rounds)
+    monkeypatch.setattr(joint_solve, "SHRINKING", 1.0)
+    confirmed = refine(start).poses
+    assert few < len(rounds) - few
+    assert misplacement(end, confirmed, views(), views()[0].name) < 0.01
 
 
 def test_threads_do_not_change_a_bit(monkeypatch):
