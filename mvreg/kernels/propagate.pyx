@@ -215,8 +215,9 @@ cdef void match(
     cdef double total, gap
     cdef float away
     cdef vector[float] wanted
-    cdef vector[Py_ssize_t] partner
+    cdef vector[Py_ssize_t] partner, left
     partner.resize(target.size, -1)
+    left.resize(size + 1)
     wanted.resize(scales)
     m = -step
     while m + step < target.size:
@@ -231,7 +232,7 @@ cdef void match(
         low = own.ends[max(ring - RINGS, 0)]
         count = own.ends[min(ring + RINGS + 1, rings)] - low
         best = most_alike(&own.away[low], away, &own.angle[low], size, wanted.data(), scales, limit,
-                          count)
+                          count, left.data())
         if best >= 0:
             partner[m] = own.which[low + best]
     for m in range(target.size):
@@ -249,26 +250,27 @@ cdef void match(
 
 cdef inline Py_ssize_t most_alike(
     const float* away, float at, const float* angles, Py_ssize_t stride, const float* wanted,
-    Py_ssize_t scales, float limit, Py_ssize_t count
+    Py_ssize_t scales, float limit, Py_ssize_t count, Py_ssize_t* left
 ) noexcept nogil:
     """Which is as far away to within one, and turned as much at all scales, most nearly; or -1."""
     cdef float least = INFINITY, cost, one
-    cdef Py_ssize_t best = -1, n = 0, scale
+    cdef Py_ssize_t best = -1, done = 0, found = 0, n, k, scale
     if WIDE:
-        n = wide_alike(
+        done = wide_alike(
             away, at, angles, stride, wanted, scales, limit, count, &least, &best)
-    while n < count:
-        if fabsf(away[n] - at) <= 1:
-            cost = 0
-            for scale in range(scales):
-                one = fabsf(angles[scale * stride + n] - wanted[scale])
-                if not one < limit:
-                    cost = INFINITY
-                    break
-                cost += one
-            if cost < least:
-                least, best = cost, n
-        n += 1
+    for n in range(done, count):  # most are ruled out here, without a branch
+        left[found] = n
+        found += (fabsf(away[n] - at) <= 1) & (fabsf(angles[n] - wanted[0]) < limit)
+    for k in range(found):
+        cost = 0
+        for scale in range(scales):
+            one = fabsf(angles[scale * stride + left[k]] - wanted[scale])
+            cost += one
+            if one >= limit:
+                cost = INFINITY
+                break
+        if cost < least:
+            least, best = cost, left[k]
     return best
 
 
