@@ -60,23 +60,12 @@ def test_a_rival_as_probable_makes_it_ambiguous():
     assert judged(one).reliable, "a rival that does not fit is none"
     near = replace(found(), rivals=np.array([turned(2, pose), strong]))
     assert judged(near).reliable, "the same pose once more is no rival"
-    # A judge that calls a degree a difference.
-    strict = {"rival_angle": 0.5, "rival_distance": 0.01}
-    verdict = judged(replace(found(), rivals=np.array([turned(1, pose)])), **strict)
+    # The rival is right, and clearly different from what was found.
+    other = replace(found(weak), rivals=np.array([pose]))
+    verdict = judged(other)
     assert not verdict.reliable
     assert verdict.reason.startswith("ambiguous")
-    assert verdict.confidence < judged(found()).confidence - 0.05
-
-
-def test_rivals_of_what_is_hopeless_are_not_asked(monkeypatch):
-    pose = overlap().T_target_source
-    asked = []
-    monkeypatch.setattr(EvidenceJudge, "likelihood", lambda *args: asked.append(args) or 0.0)
-    verdict = judged(replace(found(turned(90, pose)), rivals=np.array([pose])))
-    assert not verdict.reliable and not verdict.reason.startswith("ambiguous")
-    assert verdict.confidence < 0.05 and not asked
-    judged(replace(found(), rivals=np.array([turned(90, pose)])))
-    assert len(asked) == 1
+    assert verdict.confidence < 0.5
 
 
 def test_a_rough_look_at_a_rival_tells_what_a_whole_one_does():

@@ -115,8 +115,7 @@ class EvidenceJudge:
     ) -> Verdict:
         pose = registration.T_target_source
         evidence = weigh(meetings(source, target, pose))
-        hopeless = self.far(evidence.plausibility)  # whatever its rivals are
-        rival = 0.0 if hopeless else self.rival(registration, source, target)
+        rival = self.rival(registration, source, target)
         reason = self.objection(evidence, rival)
         if reason is None and not self.closes(registration, source, target, accepted):
             reason = "the loop through accepted registrations does not close"
@@ -165,13 +164,9 @@ class EvidenceJudge:
         """How plausible a rival is: told roughly, if it is far from being one."""
         for step in (ROUGH, 1):
             likely = weigh(meetings(source, target, T_target_source, step)).plausibility
-            if self.far(likely):
+            if likely < FAR * self.max_rival:
                 break
         return likely
-
-    def far(self, plausibility: float) -> bool:
-        """Whether a pose is far from being even a rival."""
-        return plausibility < FAR * self.max_rival
 
     def different(self, registration: Registration, source: View) -> list[Array]:
         """The rivals that are clearly different from the pose."""
