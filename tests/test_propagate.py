@@ -7,7 +7,8 @@ from mvreg import se3
 from mvreg.errors import InputError
 from mvreg.kernels import propagate as kernels
 from mvreg.kernels.reference.propagate import angles_to, band_pairs, best_of_each
-from mvreg.stages.propagate import ConsensusPropagate, Spread, triples
+from mvreg.stages.propagate import ConsensusPropagate, triples
+from mvreg.stages.spread import Spread
 from mvreg.testing import overlap, pipeline
 from mvreg.types import Matches
 
@@ -149,11 +150,11 @@ def test_sets_of_matches():
     spread = Spread(np.arange(16).reshape(8, 2), np.array([0, 3, 4, 8]))
     assert len(spread) == 3 and spread.sizes.tolist() == [3, 1, 4]
     np.testing.assert_array_equal(spread[1], [[6, 7]])
-    larger, part = spread.larger_than(2), spread.part(slice(1, 3))
+    larger, part = spread.at_least(2), spread.part(slice(1, 3))
     assert larger.sizes.tolist() == [3, 4] and part.sizes.tolist() == [1, 4]
     np.testing.assert_array_equal(larger[1], spread[2])
     np.testing.assert_array_equal(part[1], spread[2])
-    assert spread.larger_than(0) is spread and not len(spread.larger_than(5))
+    assert spread.at_least(0) is spread and not len(spread.at_least(5))
 
 
 def test_spreading_starts_at_the_seed_and_keeps_distances():

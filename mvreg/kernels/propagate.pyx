@@ -285,15 +285,12 @@ cdef class Rows:
     cdef Py_ssize_t axis
     cdef const Py_ssize_t[::1] ranked
     cdef const double[:, ::1] ascending
-    cdef object column
 
     def __init__(self, rows):
         given = np.ascontiguousarray(rows, dtype=np.float64)
         self.axis = given.var(axis=0).argmax()
         order = np.argsort(given[:, self.axis], kind="stable")
-        ascending = given[order]
-        self.ranked, self.ascending = order, ascending
-        self.column = np.ascontiguousarray(ascending[:, self.axis])
+        self.ranked, self.ascending = order, given[order]
 
     def nearest(self, queries):
         """The nearest row to each of queries (M, D).
@@ -314,7 +311,7 @@ cdef class Rows:
         cdef double[::1] far = distances
         cdef Py_ssize_t[::1] which = indices
         cdef const Py_ssize_t[::1] start = np.searchsorted(
-            self.column, np.asarray(asked)[:, axis])
+            np.asarray(ascending)[:, axis], np.asarray(asked)[:, axis])
         with nogil:
             for i in range(asked.shape[0]):
                 least, best, up, down = INFINITY, -1, start[i], start[i] - 1

@@ -13,6 +13,7 @@ from mvreg.errors import InputError, check_positive
 from mvreg.kernels import propagate as kernels
 from mvreg.nearest import nearest
 from mvreg.parallel import in_threads, slices
+from mvreg.stages.spread import Spread
 from mvreg.types import Array, Candidates, Indices, Matches, View
 
 Flags = NDArray[np.bool_]
@@ -33,41 +34,6 @@ def triples(sizes: Sequence[int] | Indices, samples: int, rng: np.random.Generat
     third += third >= np.minimum(first, second)
     third += third >= np.maximum(first, second)
     return draw
-
-
-@dataclass(frozen=True, eq=False)
-class Spread:
-    """Sets of matches, one for each seed, which comes first in it.
-
-    Set s of the `matches` (M, 2) begins at ``ends[s]`` and ends before ``ends[s + 1]``.
-    """
-
-    matches: Indices
-    ends: Indices
-
-    def __len__(self) -> int:
-        return len(self.ends) - 1
-
-    def __getitem__(self, one: int) -> Indices:
-        return self.matches[self.ends[one] : self.ends[one + 1]]
-
-    @property
-    def sizes(self) -> Indices:
-        """How many matches each set has."""
-        return np.diff(self.ends)
-
-    def part(self, some: slice) -> Spread:
-        """A few sets in a row."""
-        first, last = self.ends[some.start], self.ends[some.stop]
-        return Spread(self.matches[first:last], self.ends[some.start : some.stop + 1] - first)
-
-    def larger_than(self, least: int) -> Spread:
-        """The sets of so many matches or more."""
-        kept = self.sizes >= least
-        if kept.all():
-            return self
-        ends = np.concatenate([[0], np.cumsum(self.sizes[kept])])
-        return Spread(self.matches[np.repeat(kept, self.sizes)], ends)
 
 
 def shape(view: View) -> kernels.Shape:
@@ -147,7 +113,7 @@ class ConsensusPropagate:
     ) -> Candidates:
         if not len(seeds):
             return Candidates.none()
-        spread = self.spread(source, target, seeds.indices).larger_than(self.min_matches)
+        spread = self.spread(source, target, seeds.indices).at_least(self.min_matches)
         if not len(spread):
             return Candidates.none()
         poses, agree = self.consensus(source, target, spread, rng)
