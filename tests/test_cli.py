@@ -1,3 +1,4 @@
+import gc
 import os
 import re
 import sys
@@ -12,7 +13,7 @@ from hydra.core.global_hydra import GlobalHydra
 from hydra.core.singleton import Singleton
 from observed import run as observed_run
 
-from mvreg import cli
+from mvreg import __main__, cli
 from mvreg.errors import InputError
 from mvreg.report_file import dumps
 
@@ -44,6 +45,18 @@ def jobs(monkeypatch, tmp_path):
     fake = Jobs()
     monkeypatch.setitem(sys.modules, "mvreg.job", fake)
     return fake
+
+
+def test_a_command_looks_for_garbage_seldom_and_not_at_its_end(monkeypatch):
+    before, inside = gc.get_threshold(), []
+    monkeypatch.setattr(cli, "main", lambda: inside.append(gc.get_threshold()) or cli.NOT_PLACED)
+    try:
+        assert __main__.main() == cli.NOT_PLACED
+        assert inside[0][0] > before[0]
+        assert gc.get_freeze_count() > 0
+    finally:
+        gc.unfreeze()
+        gc.set_threshold(*before)
 
 
 def test_a_run_gets_its_configuration_and_a_folder(jobs, tmp_path):
