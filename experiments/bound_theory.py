@@ -70,20 +70,14 @@ def precision(surface: Surface, scan: Scan | None) -> Array:
     return found
 
 
-def weigh(
-    shapes: Sequence[Surface], found: Sequence[Contacts], precisions: Sequence[Array]
-) -> list[Contacts]:
+def weigh(shapes: Sequence[Surface], found: Contacts, precisions: Sequence[Array]) -> Contacts:
     """Contacts with the information that each stands for; both ways count a half each."""
-    total = [one.copy() for one in precisions]
-    for one in found:
-        total[one.i][one.samples] += precisions[one.j][one.patches]
-    weighted = []
-    for one in found:
-        mine, theirs = precisions[one.i][one.samples], precisions[one.j][one.patches]
-        area = shapes[one.i].share[one.samples] / shapes[one.i].density[one.samples]
-        weights = area * mine * theirs / total[one.i][one.samples] / 2
-        weighted.append(replace(one, weights=weights))
-    return weighted
+    precise = np.concatenate(precisions)
+    area = np.concatenate([one.share / one.density for one in shapes])
+    samples, patches = found.places(shapes)
+    mine, theirs = precise[samples], precise[patches]
+    total = precise + np.bincount(samples, theirs, len(precise))
+    return replace(found, weights=area[samples] * mine * theirs / total[samples] / 2)
 
 
 def scatter(

@@ -18,6 +18,9 @@ REACH = 3.0
 LEAST_COSINE = 0.7
 #: Points asked per ordered pair of views: the median of so many is stable to a per cent.
 MOST_POINTS = 1000
+#: Of more views than this, sets of poses are compared by fewer points a pair, but by so many at
+#: least: what is asked of a view then does not grow with the number of views that it meets.
+MANY_VIEWS, FEWEST_POINTS = 16, 100
 
 
 @dataclass(frozen=True)
@@ -85,15 +88,19 @@ def closeness(poses: Mapping[str, Array], views: Sequence[View]) -> float:
 
     Truncated least squares: every distance h that `consistency` measures counts ``1 - h^2``, in
     resolutions, if that is positive. Unlike the mean distance it does not fall when surfaces begin
-    to meet that were apart before. Larger is better; zero where nothing meets.
+    to meet that were apart before. Larger is better; zero where nothing meets. Comparable for poses
+    of the same views.
     """
+    most = max(FEWEST_POINTS, MOST_POINTS * MANY_VIEWS // max(len(views), MANY_VIEWS))
     return sum(
         float(np.maximum(0.0, 1 - (heights / views[0].scale.resolution) ** 2).sum())
-        for heights in _heights(poses, views)
+        for heights in _heights(poses, views, most)
     )
 
 
-def _heights(poses: Mapping[str, Array], views: Sequence[View]) -> list[Array]:
+def _heights(
+    poses: Mapping[str, Array], views: Sequence[View], most: int = MOST_POINTS
+) -> list[Array]:
     """Point-to-plane distances of the ordered pairs of views that meet, see `consistency`."""
     placed = [view for view in views if view.name in poses and len(view.points)]
     resolution = placed[0].scale.resolution if placed else 0.0
@@ -106,7 +113,7 @@ def _heights(poses: Mapping[str, Array], views: Sequence[View]) -> list[Array]:
 
     def heights(pair: tuple[int, int]) -> Array:
         source, target = (placed[k] for k in pair)
-        return touch(source, target, inverse[pair[1]] @ poses[source.name], reach)[1]
+        return touch(source, target, inverse[pair[1]] @ poses[source.name], reach, most)[1]
 
     return [found for found in in_parts(heights, pairs) if len(found)]
 
@@ -166,15 +173,15 @@ def _meeting(
     return sorted(found)
 
 
-def asked(view: View) -> slice:
-    """The points of a view that are asked: at most 1000, evenly spread over the list."""
-    return slice(None, None, max(1, -(-len(view.points) // MOST_POINTS)))
+def asked(view: View, most: int = MOST_POINTS) -> slice:
+    """The points of a view that are asked: at most so many, evenly spread over the list."""
+    return slice(None, None, max(1, -(-len(view.points) // most)))
 
 
 def touch(
-    source: View, target: View, T_target_source: Array, reach: float
+    source: View, target: View, T_target_source: Array, reach: float, most: int = MOST_POINTS
 ) -> tuple[Indices, Array]:
-    """Where the asked points of a view lie on the surface of another.
+    """Where the asked points of a view, at most so many, lie on the surface of another.
 
     Returns
     -------
@@ -184,7 +191,7 @@ def touch(
     heights : (M,) array
         Their distances from the tangent planes there (length).
     """
-    chosen = asked(source)
+    chosen = asked(source, most)
     return evidence.touch(
         target.tree, target.normals, source.points[chosen], source.normals[chosen],
         T_target_source, reach, LEAST_COSINE,

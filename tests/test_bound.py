@@ -83,12 +83,11 @@ def test_weights_of_three_scans_worked_by_hand():
 
     shapes = surfaces(near_views())
     ones = [np.ones(len(shape.points)) for shape in shapes]
-    one = np.array([5])
-    found = [Contacts(0, 1, one, one, one), Contacts(0, 2, one, one, one)]
+    five = np.array([5, 5])
+    found = Contacts(np.array([[0, 1], [0, 2]]), np.arange(3), five, five, np.ones(2))
     weighted = weigh(shapes, found, [3 * ones[0], 2 * ones[1], 5 * ones[2]])
     area = shapes[0].share[5] / shapes[0].density[5]
-    np.testing.assert_allclose(weighted[0].weights, area * 3 * 2 / 10 / 2)
-    np.testing.assert_allclose(weighted[1].weights, area * 3 * 5 / 10 / 2)
+    np.testing.assert_allclose(weighted.weights, area * 3 * np.array([2, 5]) / 10 / 2)
 
 
 def test_precision_of_slanted_rays():

@@ -1,4 +1,5 @@
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -192,12 +193,26 @@ def test_far_pairs_cost_no_query(monkeypatch):
     monkeypatch.setattr(
         surfaces,
         "touch",
-        lambda source, target, transform, reach: (
-            calls.append(reach),
+        lambda source, target, transform, reach, most: (
+            calls.append((reach, most)),
             (np.empty(0, dtype=np.intp), np.empty(0)),
         )[1],
     )
     assert consistency({view.name: np.eye(4) for view in views}, views) is None
     chain = [(i, j) for i, j in itertools.permutations(range(12), 2) if abs(i - j) == 1]
     assert len(calls) == len(chain)
-    assert set(calls) == {3.0}
+    assert set(calls) == {(3.0, surfaces.MOST_POINTS)}
+
+
+@pytest.mark.parametrize(("count", "most"), [(2, 1000), (16, 1000), (40, 400), (1000, 100)])
+def test_closeness_asks_fewer_points_a_pair_of_many_views(monkeypatch, count, most):
+    views = [plate(str(k), corner=(0, 0)) for k in range(2)]
+    far = [replace(views[0], name=f"far {k}") for k in range(count - 2)]
+    calls, touch = [], surfaces.touch
+    monkeypatch.setattr(surfaces, "touch", lambda *args: calls.append(args[-1]) or touch(*args))
+    poses = {view.name: np.eye(4) for view in views}
+    poses |= {
+        v.name: se3.from_parts(np.eye(3), np.full(3, 1e3 * (k + 1))) for k, v in enumerate(far)
+    }
+    assert closeness(poses, [*views, *far]) > 0
+    assert calls == [most] * 2

@@ -12,9 +12,9 @@ from mvreg.errors import InputError
 from mvreg.evaluate import pose_errors
 from mvreg.stages import joint_matrix, joint_solve
 from mvreg.stages.joint import JointRefinement
-from mvreg.stages.joint_contacts import Gate, contacts, touching
+from mvreg.stages.joint_contacts import Contacts, Gate, contacts, touching
 from mvreg.stages.joint_surface import surfaces
-from mvreg.stages.joint_system import MAD, Frame, Rows, System, rows, spread
+from mvreg.stages.joint_system import MAD, Frame, System, rows, spread
 from mvreg.testing import blob_scans, pipeline
 from mvreg.testing.compare import digest
 from mvreg.testing.results import misplacement
@@ -286,18 +286,53 @@ def test_rows_change_as_their_jacobian_says():
     unknowns = 1e-6 * np.random.default_rng(0).normal(size=(1, 6))
     motions[1] = frame.motion(unknowns)[0] @ motions[1]
     after = rows(shapes, motions, found, frame, flat=False)
-    for old, new in zip(before, after, strict=True):
-        sign = (old.i == 1) - (old.j == 1)
-        change = new.residuals - old.residuals
-        # Slopes of a patch change along it: that is of second order only where gaps are small.
-        np.testing.assert_allclose(change, sign * old.jacobian @ unknowns[0], atol=2e-8)
+    source, target = np.repeat(found.ways, found.counts, axis=0).T
+    sign = (source == 1).astype(float) - (target == 1)
+    assert {-1, 0, 1} == set(sign)
+    change = after.residuals - before.residuals
+    # Slopes of a patch change along it: that is of second order only where gaps are small.
+    np.testing.assert_allclose(change, sign * (before.jacobian @ unknowns[0]), atol=2e-8)
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 10, 1001])
 def test_the_spread_is_that_of_the_median(count, rng):
     residuals = rng.normal(size=count)
-    parts = [Rows(0, 1, part, *3 * (np.empty(0),)) for part in np.array_split(residuals, 3)]
-    assert spread(parts) == pytest.approx(MAD * np.median(np.abs(residuals)), rel=1e-15)
+    assert spread(residuals) == pytest.approx(MAD * np.median(np.abs(residuals)), rel=1e-15)
+
+
+def test_some_ways_keep_their_contacts(rng):
+    ends = np.array([0, 3, 3, 7, 9])
+    found = Contacts(rng.integers(5, size=(4, 2)), ends, *rng.integers(9, size=(2, 9)), np.ones(9))
+    some = found.some(np.array([False, True, True, True]))
+    np.testing.assert_array_equal(some.ways, found.ways[1:])
+    np.testing.assert_array_equal(some.ends, [0, 0, 4, 6])
+    np.testing.assert_array_equal(some.samples, found.samples[3:])
+    np.testing.assert_array_equal(some.patches, found.patches[3:])
+    assert found.some(np.ones(4, bool)) is found
+
+
+def test_what_many_scans_share_counts_once():
+    """Three scans of one surface: a way stands for a third of it, and both ways for two thirds."""
+    shapes = [surfaces([moved_view(views()[0], np.eye(4))])[0]] * 3
+    motions, reach = np.stack([np.eye(4)] * 3), views()[0].scale.resolution
+    found = contacts(shapes, motions, [(0, 1), (0, 2), (1, 2)], Gate(reach))
+    asked = shapes[0].share * shapes[0].trust ** 2
+    assert found.ways.tolist() == [[0, 1], [1, 0], [0, 2], [2, 0], [1, 2], [2, 1]]
+    np.testing.assert_allclose(found.weights, asked[found.samples] / 3 / 2)
+
+
+def test_crowded_scans_are_asked_for_every_second_sample(monkeypatch):
+    strides, find = [], joint_solve.contacts
+    monkeypatch.setattr(
+        joint_solve, "contacts", lambda *args: strides.append(args[-1].stride) or find(*args)
+    )
+    start = spoilt(truth(), views(), 1, 1)
+    every = refine(start)
+    assert strides[-1] == 1
+    monkeypatch.setattr(joint_solve, "CROWDED", 0.5)
+    half = refine(start)
+    assert strides[-1] == 2
+    assert misplacement(half.poses, every.poses, views(), views()[0].name) < 0.02
 
 
 def test_pairs_are_those_whose_boxes_meet():

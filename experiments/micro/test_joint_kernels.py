@@ -8,13 +8,16 @@ import numpy as np
 import pytest
 from test_kernels import BOTH, FEW, timed
 
-from mvreg.kernels import joint
+from mvreg.kernels import fit, joint
+from mvreg.kernels.reference import fit as plain_fit
 from mvreg.kernels.reference import joint as plain
 from mvreg.stages.joint_surface import Surface, surfaces
 from mvreg.types import Array, Scan, View
 
 #: Of the samples, every so many; raw points of a patch, and what keeps its equations solvable.
 STRIDE, COUNT, RIDGE = 4, 30, 1e-6
+#: Whether the normals of both scans have signs.
+ORIENTED = np.array([True, True])
 #: Of the normal equations.
 RESIDUALS, WIDTH, CUT = 20_000, 0.1, 3.0
 
@@ -40,13 +43,10 @@ def test_contacts(
 ) -> None:
     source, target = pair
     reach, plain_source, plain_target = 3 * views[0].resolution, plainly(source), plainly(target)
-    samples, _ = timed(
-        benchmark, variant, lambda: joint.contacts(
-            source.patches, target.patches, truth, reach, STRIDE, False, 0.7, True
-        ),
-        lambda: plain.contacts(
-            plain_source, plain_target, truth, reach, STRIDE, False, 0.7, True
-        ),
+    given = np.stack([truth, np.eye(4)]), np.array([[0, 1]]), reach, STRIDE, False, 0.7, ORIENTED
+    _, samples, _ = timed(
+        benchmark, variant, lambda: joint.contacts([source.patches, target.patches], *given),
+        lambda: plain.contacts([plain_source, plain_target], *given),
     )  # fmt: skip
     assert len(samples) > 20
 
@@ -57,7 +57,7 @@ def test_fit(benchmark: Any, scan: Scan, pair: list[Surface], variant: str) -> N
     surface, tree = pair[0], scan.tree
     some = surface.points[:FEW], surface.axes[:FEW], COUNT, RIDGE
     found = timed(
-        benchmark, variant, lambda: joint.fit(tree, *some), lambda: plain.fit(scan.points, *some)
+        benchmark, variant, lambda: fit.fit(tree, *some), lambda: plain_fit.fit(scan.points, *some)
     )
     assert np.isfinite(found[1]).all()
 
@@ -67,8 +67,8 @@ def test_fit(benchmark: Any, scan: Scan, pair: list[Surface], variant: str) -> N
 def test_equations(benchmark: Any, variant: str) -> None:
     rng = np.random.default_rng(0)
     given = (rng.normal(size=(RESIDUALS, 6)), 0.1 * rng.normal(size=RESIDUALS),
-             np.ones(RESIDUALS), WIDTH, CUT)  # fmt: skip
-    matrix, _ = timed(
+             np.ones(RESIDUALS), np.array([0, RESIDUALS]), WIDTH, CUT)  # fmt: skip
+    (matrix,), _ = timed(
         benchmark, variant, lambda: joint.normal_equations(*given),
         lambda: plain.normal_equations(*given),
     )  # fmt: skip

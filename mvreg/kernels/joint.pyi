@@ -1,3 +1,5 @@
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,42 +23,42 @@ def gaps(
     surface: Patches, points: Array, patches: Indices, flat: bool
 ) -> tuple[Array, Array, Array]: ...
 def contacts(
-    source: Patches,
-    target: Patches,
-    transform: Array,
+    surfaces: Sequence[Patches],
+    motions: Array,
+    ways: Indices,
     reach: float,
     stride: int,
     flat: bool,
     least_cosine: float,
-    oriented: bool,
-) -> tuple[Indices, Indices]: ...
+    oriented: NDArray[np.bool_],
+) -> tuple[Indices, Indices, Indices]: ...
 def rows(
-    source: Patches,
-    target: Patches,
-    source_motion: Array,
-    target_motion: Array,
+    surfaces: Sequence[Patches],
+    motions: Array,
+    ways: Indices,
+    ends: Indices,
     samples: Indices,
     patches: Indices,
     centre: Array,
     radius: float,
     flat: bool,
-) -> tuple[Array, Array, Array]: ...
+    residuals: Array,
+    jacobian: Array,
+    points: Array,
+) -> None: ...
 def normal_equations(
-    jacobian: Array, residuals: Array, weights: Array, width: float, cut: float
+    jacobian: Array, residuals: Array, weights: Array, ends: Indices, width: float, cut: float
 ) -> tuple[Array, Array]: ...
 def cell_sums(
     jacobian: Array,
     residuals: Array,
     weights: Array,
     points: Array,
+    ends: Indices,
     width: float,
     cut: float,
     low: Array,
     edge: float,
     across: Indices,
-) -> tuple[Indices, Array]: ...
+) -> tuple[Indices, Indices, Array]: ...
 def farthest(points: Array, before: Array, after: Array) -> float: ...
-def fit(
-    tree: Tree, samples: Array, axes: Array, count: int, ridge: float
-) -> tuple[Array, Array, Array, Array, Array]: ...
-def distances(tree: Tree, rank: int) -> Array: ...

@@ -1,27 +1,19 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
 # cython: initializedcheck=False
 # distutils: language = c++
-"""Curved patches on surfaces: fitted to points, asked for distances, and summed up to equations."""
+"""Curved patches on surfaces: asked for distances, and summed up to equations."""
 
 from libc.math cimport fabs, floor, fmin, sqrt
 from libc.stdint cimport int64_t
 from libc.string cimport memcpy
-from libcpp.algorithm cimport nth_element, sort
+from libcpp.algorithm cimport sort
 from libcpp.utility cimport pair
 from libcpp.vector cimport vector
 
-from mvreg.kernels.linear cimport Motion, cross, move, of_array, solve, squared_gap, turn
-from mvreg.kernels.tree cimport Tree, child_distances
+from mvreg.kernels.linear cimport Motion, cross, move, of_array, turn
+from mvreg.kernels.tree cimport Tree
 
 import numpy as np
-
-cdef enum:
-    MOST = 128  # neighbours of a sample
-
-# A point of a tree: how far it is (squared), and its place among the tree's entries.
-ctypedef pair[double, Py_ssize_t] Near
-# As much farther than the last one's are the next sample's neighbours looked for (squared).
-cdef double GUESS = 1.4
 
 cdef struct Patch:
     double point[3]
@@ -31,6 +23,20 @@ cdef struct Patch:
     double normal[3]
     double reach
     bint whole
+
+# Which contacts count; how far apart they may be is squared.
+cdef struct Gate:
+    double squared
+    double least_cosine
+    Py_ssize_t stride
+    bint flat
+    bint oriented
+
+# What rows are asked about, and in which unit (its inverse).
+cdef struct About:
+    double centre[3]
+    double unit
+    bint flat
 
 
 cdef class Patches:
@@ -138,18 +144,21 @@ def gaps(Patches surface, points, patches, bint flat):
 
 
 def contacts(
-    Patches source, Patches target, transform, double reach, Py_ssize_t stride, bint flat,
-    double least_cosine, bint oriented
+    surfaces, motions, ways, double reach, Py_ssize_t stride, bint flat, double least_cosine,
+    oriented
 ):
-    """Where the samples of a surface lie on the patches of another.
+    """Where the samples of surfaces lie on the patches of others.
 
     A sample finds the patch whose origin is nearest; both must be whole, and the normals agree.
 
     Parameters
     ----------
-    source, target : Patches
-    transform : (4, 4) array
-        ``T_target_source``.
+    surfaces : sequence of Patches
+        N of them.
+    motions : (N, 4, 4) array
+        From the surfaces' frames to a common one.
+    ways : (W, 2) array
+        Positions of sources and of targets among the surfaces.
     reach : float
         No patch whose origin is farther away counts.
     stride : int
@@ -159,41 +168,66 @@ def contacts(
         no farther along than the patch reaches.
     least_cosine : float
         Of the angle between the normals.
-    oriented : bool
-        Whether the normals' signs mean anything.
+    oriented : (N,) array of bool
+        Whether the normals' signs mean anything; they must for both.
 
     Returns
     -------
+    ends : (W + 1,) array
+        Where the contacts of each way begin, and where those of the last one end.
     samples, patches : (M,) arrays
-        Their positions, samples ascending.
+        Their positions in the source and in the target, samples ascending.
     """
-    cdef Motion motion
-    cdef double x[3]
-    cdef double squared, most = fmin(reach, 1e150) * fmin(reach, 1e150)
+    cdef Py_ssize_t count = len(surfaces), w, most = 0
+    cdef vector[double] motion = placed(motions, count)
+    cdef const Py_ssize_t[:, ::1] way = among(ways, count)
+    cdef const unsigned char[::1] signs = np.ascontiguousarray(oriented, dtype=np.uint8)
     cdef vector[Py_ssize_t] samples, patches
-    cdef Py_ssize_t k, found
-    cdef const Patch* here
+    cdef Patches source, target
+    cdef Gate gate
     if stride < 1:
         raise ValueError(f"expected a stride of 1 or more, got {stride}")
-    of_array(floats(transform), motion)
-    with nogil:
-        for k in range((source.size + stride - 1) // stride):
-            here = &source.patch[stride * k]
-            if here.whole:
-                move(motion, here.point, x)
-                squared = most
-                found = target.tree.find(x, &squared)
-                if found >= 0 and agree(
-                    here, &target.patch[found], x, motion, flat, least_cosine, oriented
-                ):
-                    samples.push_back(stride * k)
-                    patches.push_back(found)
-    return of_vector(samples), of_vector(patches)
+    if signs.shape[0] != count:
+        raise ValueError(f"expected to know of {count} surfaces, got {signs.shape[0]}")
+    gate.squared = fmin(reach, 1e150) * fmin(reach, 1e150)
+    gate.stride, gate.flat, gate.least_cosine = stride, flat, least_cosine
+    ends = np.zeros(way.shape[0] + 1, dtype=np.intp)
+    cdef Py_ssize_t[::1] end = ends
+    for w in range(way.shape[0]):
+        source, target = surfaces[way[w, 0]], surfaces[way[w, 1]]
+        gate.oriented = signs[way[w, 0]] and signs[way[w, 1]]
+        with nogil:
+            touch(source, target, &motion[12 * way[w, 0]], &motion[12 * way[w, 1]], &gate,
+                  samples, patches)
+        end[w + 1] = samples.size()
+    return ends, of_vector(samples), of_vector(patches)
+
+
+cdef void touch(
+    Patches source, Patches target, const double* from_source, const double* from_target,
+    const Gate* gate, vector[Py_ssize_t]& samples, vector[Py_ssize_t]& patches
+) noexcept nogil:
+    """Add the contacts of one surface with another."""
+    cdef Motion motion
+    cdef double x[3]
+    cdef double squared
+    cdef Py_ssize_t asked, k, found
+    cdef const Patch* here
+    between(from_source, from_target, motion)
+    for asked in range((source.size + gate.stride - 1) // gate.stride):
+        k = gate.stride * asked
+        here = &source.patch[k]
+        if here.whole:
+            move(motion, here.point, x)
+            squared = gate.squared
+            found = target.tree.find(x, &squared)
+            if found >= 0 and agree(here, &target.patch[found], x, motion, gate):
+                samples.push_back(k)
+                patches.push_back(found)
 
 
 cdef inline bint agree(
-    const Patch* here, const Patch* there, const double* x, const double* motion, bint flat,
-    double least_cosine, bint oriented
+    const Patch* here, const Patch* there, const double* x, const double* motion, const Gate* gate
 ) noexcept nogil:
     """Whether a sample, moved to x, lies on the patch that is nearest."""
     cdef double normal[3]
@@ -201,123 +235,157 @@ cdef inline bint agree(
     cdef double aside, cosine
     if not there.whole:
         return False
-    height(there, x, flat, normal, &aside)
-    if not flat and aside > there.reach * there.reach:
+    height(there, x, gate.flat, normal, &aside)
+    if not gate.flat and aside > there.reach * there.reach:
         return False
     turn(motion, here.normal, turned)
     cosine = turned[0] * normal[0] + turned[1] * normal[1] + turned[2] * normal[2]
-    return (cosine if oriented else fabs(cosine)) > least_cosine
+    return (cosine if gate.oriented else fabs(cosine)) > gate.least_cosine
 
 
 def rows(
-    Patches source, Patches target, source_motion, target_motion, samples, patches, centre,
-    double radius, bint flat
+    surfaces, motions, ways, ends, samples, patches, centre, double radius, bint flat,
+    double[::1] residuals, double[:, ::1] jacobian, double[:, ::1] points
 ):
     """How far samples are from patches, and how that changes with the source's motion.
 
     Parameters
     ----------
-    source, target : Patches
-    source_motion, target_motion : (4, 4) arrays
-        From the surfaces' frames to a common one.
-    samples, patches : (M,) arrays
-        Positions in the source and in the target.
+    surfaces, motions, ways, ends, samples, patches
+        As `contacts` takes and gives them; ways and ends may be those of some ways only.
     centre : (3,) array
     radius : float
         Answers are about this point of the common frame, in units of this length.
     flat : bool
         Ask the tangent planes instead.
-
-    Returns
-    -------
     residuals : (M,) array
+        Filled where the ways have contacts.
     jacobian : (M, 6) array
-        Of the residuals: for a turn about the centre, and a shift in units of the radius.
+        So is this. Of the residuals: for a turn about the centre, and a shift in units of the
+        radius.
     points : (M, 3) array
-        Where the samples are.
+        And this: where the samples are.
     """
-    cdef Motion into, out
-    cdef const Py_ssize_t[::1] here = positions(samples, source.size)
-    cdef const Py_ssize_t[::1] there = positions(patches, target.size)
+    cdef Py_ssize_t count = len(surfaces), size = residuals.shape[0], w, k, wrong = -1
+    cdef vector[double] motion = placed(motions, count)
+    cdef const Py_ssize_t[:, ::1] way = among(ways, count)
+    cdef const Py_ssize_t[::1] end = bounds(ends, way.shape[0], size)
+    cdef const Py_ssize_t[::1] here = np.ascontiguousarray(samples, dtype=np.intp)
+    cdef const Py_ssize_t[::1] there = np.ascontiguousarray(patches, dtype=np.intp)
     cdef const double[::1] middle = floats(centre)
-    cdef Py_ssize_t size = here.shape[0], k
+    cdef Patches source, target
+    cdef About about
+    if not here.shape[0] == there.shape[0] == jacobian.shape[0] == points.shape[0] == size:
+        raise ValueError(f"expected {size} samples, patches and rows, got {here.shape[0]}, "
+                         f"{there.shape[0]}, {jacobian.shape[0]} and {points.shape[0]}")
+    if jacobian.shape[1] != 6 or points.shape[1] != 3 or middle.shape[0] != 3:
+        raise ValueError("expected rows of 6, points and a centre of 3 numbers")
+    about.unit, about.flat = 1 / radius, flat
+    memcpy(about.centre, &middle[0], 3 * sizeof(double))
+    for w in range(way.shape[0]):
+        source, target = surfaces[way[w, 0]], surfaces[way[w, 1]]
+        if end[w] == end[w + 1]:
+            continue
+        with nogil:
+            for k in range(end[w], end[w + 1]):
+                if not (0 <= here[k] < source.size and 0 <= there[k] < target.size):
+                    wrong = k
+                    break
+            else:
+                fill(source, target, &motion[12 * way[w, 0]], &motion[12 * way[w, 1]],
+                     end[w + 1] - end[w], &here[end[w]], &there[end[w]], &about,
+                     &residuals[end[w]], &jacobian[end[w], 0], &points[end[w], 0])
+        if wrong >= 0:
+            raise ValueError(
+                f"expected positions among {source.size} samples and {target.size} patches, "
+                f"got {here[wrong]} and {there[wrong]}")
+
+
+cdef void fill(
+    Patches source, Patches target, const double* from_source, const double* from_target,
+    Py_ssize_t size, const Py_ssize_t* samples, const Py_ssize_t* patches, const About* about,
+    double* residuals, double* jacobian, double* points
+) noexcept nogil:
+    """The rows of one surface on another."""
+    cdef Motion into
     cdef double x[3]
     cdef double inward[3]
-    cdef double aside, unit = 1 / radius
+    cdef double aside
     cdef double* p
     cdef double* n
+    cdef Py_ssize_t k
     cdef int m
-    if there.shape[0] != size:
-        raise ValueError(f"expected a patch for each of {size} samples, got {there.shape[0]}")
-    residuals, jacobian, points = np.empty(size), np.empty((size, 6)), np.empty((size, 3))
-    cdef double[::1] residual = residuals
-    cdef double[:, ::1] row = jacobian, point = points
-    between(source_motion, target_motion, into)
-    of_array(floats(target_motion), out)
-    with nogil:
-        for k in range(size):
-            move(into, source.patch[here[k]].point, x)
-            residual[k] = height(&target.patch[there[k]], x, flat, inward, &aside) * unit
-            n, p = &row[k, 3], &point[k, 0]
-            turn(out, inward, n)
-            move(out, x, p)
-            for m in range(3):
-                p[m] = (p[m] - middle[m]) * unit
-            cross(p, n, &row[k, 0])
-    return residuals, jacobian, points
+    between(from_source, from_target, into)
+    for k in range(size):
+        move(into, source.patch[samples[k]].point, x)
+        residuals[k] = height(
+            &target.patch[patches[k]], x, about.flat, inward, &aside) * about.unit
+        n, p = jacobian + (6 * k + 3), points + 3 * k
+        turn(from_target, inward, n)
+        move(from_target, x, p)
+        for m in range(3):
+            p[m] = (p[m] - about.centre[m]) * about.unit
+        cross(p, n, n - 3)
 
 
-def normal_equations(jacobian, residuals, weights, double width, double cut):
-    """The weighted sums ``J^T W J`` and ``J^T W r``.
+def normal_equations(jacobian, residuals, weights, ends, double width, double cut):
+    """The weighted sums ``J^T W J`` and ``J^T W r`` over each way's rows.
 
     Parameters
     ----------
     jacobian : (M, 6) array
     residuals, weights : (M,) arrays
         Each weight is multiplied by ``(1 + u^2)^-2`` for the residual u in units of the width.
+    ends : (W + 1,) array
+        Where the rows of each way begin, and where those of the last one end.
     width, cut : float
         Residuals beyond so many widths have no weight.
 
     Returns
     -------
-    normal : (6, 6) array
-    gradient : (6,) array
+    normals : (W, 6, 6) array
+    gradients : (W, 6) array
     """
     cdef const double[:, ::1] row = floats(jacobian)
     cdef const double[::1] residual = floats(residuals), weight = floats(weights)
-    cdef Py_ssize_t size = row.shape[0], k
+    cdef Py_ssize_t size = row.shape[0], count = len(ends) - 1, w, k
+    cdef const Py_ssize_t[::1] end = bounds(ends, count, size)
     cdef double square, share, most = cut * cut, slope
+    cdef double* sums
+    cdef double* slopes
     cdef int m, n
     if row.shape[1] != 6 or residual.shape[0] != size or weight.shape[0] != size:
         raise ValueError(f"expected (M, 6), (M,), (M,), got {np.shape(jacobian)}, "
                          f"{np.shape(residuals)}, {np.shape(weights)}")
-    normal, gradient = np.zeros((6, 6)), np.zeros(6)
-    cdef double[:, ::1] sums = normal
-    cdef double[::1] slopes = gradient
+    normals, gradients = np.zeros((count, 6, 6)), np.zeros((count, 6))
+    cdef double[:, :, ::1] normal = normals
+    cdef double[:, ::1] gradient = gradients
     with nogil:
-        for k in range(size):
-            square = (residual[k] / width) * (residual[k] / width)
-            if not square < most:
-                continue
-            share = weight[k] / ((1 + square) * (1 + square))
+        for w in range(count):
+            sums, slopes = &normal[w, 0, 0], &gradient[w, 0]
+            for k in range(end[w], end[w + 1]):
+                square = (residual[k] / width) * (residual[k] / width)
+                if not square < most:
+                    continue
+                share = weight[k] / ((1 + square) * (1 + square))
+                for m in range(6):
+                    slope = share * row[k, m]
+                    slopes[m] += slope * residual[k]
+                    for n in range(m + 1):
+                        sums[6 * m + n] += slope * row[k, n]
             for m in range(6):
-                slope = share * row[k, m]
-                slopes[m] += slope * residual[k]
-                for n in range(m + 1):
-                    sums[m, n] += slope * row[k, n]
-        for m in range(6):
-            for n in range(m):
-                sums[n, m] = sums[m, n]
-    return normal, gradient
+                for n in range(m):
+                    sums[6 * n + m] = sums[6 * m + n]
+    return normals, gradients
 
 
-def cell_sums(jacobian, residuals, weights, points, double width, double cut, low, double edge,
-              across):
-    """The gradients ``J^T W r`` of the residuals in every cell of a grid, weighted as above.
+def cell_sums(jacobian, residuals, weights, points, ends, double width, double cut, low,
+              double edge, across):
+    """The gradients ``J^T W r`` of each way's residuals in every cell of a grid, weighted as above.
 
     Parameters
     ----------
-    jacobian, residuals, weights, width, cut
+    jacobian, residuals, weights, ends, width, cut
         As in `normal_equations`.
     points : (M, 3) array
         Where the residuals are.
@@ -330,49 +398,58 @@ def cell_sums(jacobian, residuals, weights, points, double width, double cut, lo
 
     Returns
     -------
+    ends : (W + 1,) array
+        Where the cells of each way begin, and where those of the last one end.
     cells : (C,) array
-        Numbers of the cells that have residuals, ascending.
+        Numbers of the cells in which a way has residuals, ascending.
     sums : (C, 6) array
     """
     cdef const double[:, ::1] row = floats(jacobian), point = floats(points)
     cdef const double[::1] residual = floats(residuals), weight = floats(weights)
     cdef const double[::1] start = floats(low)
     cdef const int64_t[::1] size = np.ascontiguousarray(across, dtype=np.int64)
-    cdef Py_ssize_t rows_ = row.shape[0], k, found = 0
+    cdef Py_ssize_t rows_ = row.shape[0], count = len(ends) - 1, w, k, one
+    cdef const Py_ssize_t[::1] end = bounds(ends, count, rows_)
     cdef vector[pair[int64_t, Py_ssize_t]] order
+    cdef vector[int64_t] cells
+    cdef vector[double] sums
     cdef double square, share
+    cdef double* slopes = NULL
     cdef int64_t key
     cdef int m
     if not row.shape[1] == 6 or not rows_ == residual.shape[0] == weight.shape[0] == point.shape[0]:
         raise ValueError(f"expected (M, 6), (M,), (M,), (M, 3), got {np.shape(jacobian)}, "
                          f"{np.shape(residuals)}, {np.shape(weights)}, {np.shape(points)}")
+    last = np.zeros(count + 1, dtype=np.intp)
+    cdef Py_ssize_t[::1] last_ = last
     with nogil:
-        order.resize(rows_)
-        for k in range(rows_):
-            key = 0
-            for m in range(3):
-                key = key * size[m] + <int64_t> floor((point[k, m] - start[m]) / edge)
-            order[k].first, order[k].second = key, k
-        sort(order.begin(), order.end())
-        for k in range(rows_):
-            if k == 0 or order[k].first != order[k - 1].first:
-                found += 1
-    cells, sums = np.empty(found, dtype=np.int64), np.zeros((found, 6))
-    cdef int64_t[::1] cell = cells
-    cdef double[:, ::1] sum_ = sums
-    cdef Py_ssize_t place = -1, one
-    with nogil:
-        for k in range(rows_):
-            one = order[k].second
-            if k == 0 or order[k].first != order[k - 1].first:
-                place += 1
-                cell[place] = order[k].first
-            square = (residual[one] / width) * (residual[one] / width)
-            if square < cut * cut:
-                share = weight[one] * residual[one] / ((1 + square) * (1 + square))
-                for m in range(6):
-                    sum_[place, m] += share * row[one, m]
-    return cells, sums
+        for w in range(count):
+            order.resize(end[w + 1] - end[w])
+            for k in range(end[w], end[w + 1]):
+                key = 0
+                for m in range(3):
+                    key = key * size[m] + <int64_t> floor((point[k, m] - start[m]) / edge)
+                order[k - end[w]].first, order[k - end[w]].second = key, k
+            sort(order.begin(), order.end())
+            for k in range(end[w + 1] - end[w]):
+                one = order[k].second
+                if k == 0 or order[k].first != order[k - 1].first:
+                    cells.push_back(order[k].first)
+                    sums.resize(6 * cells.size(), 0.0)
+                    slopes = &sums[6 * cells.size() - 6]
+                square = (residual[one] / width) * (residual[one] / width)
+                if square < cut * cut:
+                    share = weight[one] * residual[one] / ((1 + square) * (1 + square))
+                    for m in range(6):
+                        slopes[m] += share * row[one, m]
+            last_[w + 1] = cells.size()
+    found = np.empty(cells.size(), dtype=np.int64), np.empty((cells.size(), 6))
+    cdef int64_t[::1] cell = found[0]
+    cdef double[:, ::1] sum_ = found[1]
+    if cells.size():
+        memcpy(&cell[0], cells.data(), cells.size() * sizeof(int64_t))
+        memcpy(&sum_[0, 0], sums.data(), sums.size() * sizeof(double))
+    return last, *found
 
 
 def farthest(points, before, after):
@@ -389,205 +466,6 @@ def farthest(points, before, after):
             squared = x[0] * x[0] + x[1] * x[1] + x[2] * x[2]
             most = squared if squared > most else most
     return sqrt(most)
-
-
-def fit(Tree tree, samples, axes, int count, double ridge):
-    """Patches of second order through the nearest points about each sample, by least squares.
-
-    ``height(a, b) = h + s . (a, b) + c . (a^2 / 2, a b, b^2 / 2)`` over the plane of the first two
-    axes, with its origin at the sample.
-
-    Parameters
-    ----------
-    tree : Tree
-        Of the points; at least one.
-    samples : (S, 3) array
-    axes : (S, 3, 3) array
-        Rows, orthonormal.
-    count : int
-        How many neighbours, 1 to 128; all points of the tree if it has fewer.
-    ridge : float
-        Added to the diagonal of the equations, in units in which the patch has a radius of one and
-        a point a weight of one over their number.
-
-    Returns
-    -------
-    heights : (S,) array
-    slopes : (S, 2) array
-    bends : (S, 3) array
-    reach : (S,) array
-        How far the points reach along the patch.
-    lopsided : (S,) array
-        How far off the sample their mean is along the patch, in units of `reach`; 0 for a reach
-        of 0.
-    """
-    cdef const double[:, ::1] given = floats(samples)
-    cdef const double[:, :, ::1] frame = floats(axes)
-    cdef Py_ssize_t size = given.shape[0], k
-    cdef double six[6]
-    cdef double guess = tree.grain * tree.grain * count
-    cdef vector[Near] near
-    if not 0 < count <= MOST:
-        raise ValueError(f"expected 1 to {MOST} neighbours, got {count}")
-    if tree.n == 0:
-        raise ValueError("expected a tree of at least one point")
-    if frame.shape[0] != size:
-        raise ValueError(f"expected axes for each of {size} samples, got {frame.shape[0]}")
-    heights, slopes, bends = np.empty(size), np.empty((size, 2)), np.empty((size, 3))
-    reach, lopsided = np.empty(size), np.empty(size)
-    cdef double[::1] high = heights, wide = reach, off = lopsided
-    cdef double[:, ::1] slope = slopes, bend = bends
-    with nogil:
-        near.resize(tree.n + 1)
-        for k in range(size):
-            fit_one(tree, &given[k, 0], &frame[k, 0, 0], count, ridge, &guess, near.data(), six,
-                    &wide[k], &off[k])
-            high[k] = six[0]
-            slope[k, 0], slope[k, 1] = six[1], six[2]
-            bend[k, 0], bend[k, 1], bend[k, 2] = six[3], six[4], six[5]
-    return heights, slopes, bends, reach, lopsided
-
-
-def distances(Tree tree, Py_ssize_t rank):
-    """How far each point's neighbour of a rank is, in the tree itself.
-
-    Parameters
-    ----------
-    tree : Tree
-    rank : int
-        At least 1, and less than there are points; the point itself has the rank 0.
-
-    Returns
-    -------
-    (N,) array
-    """
-    cdef double guess = tree.grain * tree.grain * rank
-    cdef vector[Near] near
-    cdef Py_ssize_t k
-    if not 0 < rank < tree.n:
-        raise ValueError(f"expected a rank of 1 to {tree.n - 1}, got {rank}")
-    found = np.empty(tree.n)
-    cdef double[::1] far = found
-    with nogil:
-        near.resize(tree.n + 1)
-        for k in range(tree.n):  # in the tree's order: the last one was near, the guess is good
-            neighbours(tree, tree.entries[k].x, rank + 1, &guess, near.data())
-            far[tree.entries[k].index] = sqrt(near[rank].first)
-    return found
-
-
-cdef Py_ssize_t gather(Tree tree, const double* x, double most, Near* found) noexcept nogil:
-    """All points nearer than `most` (squared), in no order; how many. There is room for all."""
-    cdef Py_ssize_t waiting[128]
-    cdef double apart[2]
-    cdef Py_ssize_t node, i, last, size = 0
-    cdef int held = 1
-    waiting[0] = 1
-    while held:
-        held -= 1
-        node = waiting[held]
-        while node < tree.leaves:
-            child_distances(tree.boxes, node, x, apart)
-            node *= 2
-            if apart[0] < most:
-                waiting[held] = node + 1
-                held += apart[1] < most
-            else:
-                node += 1
-                if not apart[1] < most:
-                    break
-        else:
-            i = (tree.n * (node - tree.leaves)) >> tree.depth
-            last = (tree.n * (node - tree.leaves + 1)) >> tree.depth
-            while i < last:
-                found[size].first = squared_gap(tree.entries[i].x, x)
-                found[size].second = i
-                size += found[size].first < most
-                i += 1
-    return size
-
-
-cdef Py_ssize_t neighbours(
-    Tree tree, const double* x, Py_ssize_t count, double* guess, Near* found
-) noexcept nogil:
-    """The nearest points, the last of them in its place; how many.
-
-    A good guess of how far they are saves time.
-
-    To gather all that is near, and to put aside what is too much, takes half the time that it takes
-    to keep neighbours sorted.
-    """
-    cdef double most = guess[0], factor = 2
-    cdef Py_ssize_t size = gather(tree, x, most, found)
-    while size < count and size < tree.n:
-        most = (most if most > 1e-300 else 1e-300) * factor
-        factor *= factor
-        size = gather(tree, x, most, found)
-    if size >= count:
-        nth_element(found, found + (count - 1), found + size)
-        guess[0] = GUESS * found[count - 1].first
-        return count
-    guess[0] = most
-    return size
-
-
-cdef void fit_one(
-    Tree tree, const double* x, const double* axes, Py_ssize_t count, double ridge, double* guess,
-    Near* near, double* six, double* reach, double* lopsided
-) noexcept nogil:
-    """The patch about one sample."""
-    cdef double local[3 * MOST]
-    cdef double normal[36]
-    cdef double gap[3]
-    # Sums of a^p b^q, and of their products with the height.
-    cdef double a, b, h, aa, ab, bb
-    cdef double s10 = 0, s01 = 0, s20 = 0, s11 = 0, s02 = 0, s30 = 0, s21 = 0, s12 = 0, s03 = 0
-    cdef double s40 = 0, s31 = 0, s22 = 0, s13 = 0, s04 = 0
-    cdef double h00 = 0, h10 = 0, h01 = 0, h20 = 0, h11 = 0, h02 = 0
-    cdef const double* point
-    cdef double most = 0, unit, per
-    cdef Py_ssize_t found = neighbours(tree, x, count, guess, near), k
-    cdef int m
-    for k in range(found):
-        point = tree.entries[near[k].second].x
-        for m in range(3):
-            gap[m] = point[m] - x[m]
-        for m in range(3):
-            local[3 * k + m] = (axes[3 * m] * gap[0] + axes[3 * m + 1] * gap[1]
-                                + axes[3 * m + 2] * gap[2])
-        aa = local[3 * k] * local[3 * k] + local[3 * k + 1] * local[3 * k + 1]
-        most = aa if aa > most else most
-    reach[0] = sqrt(most)
-    unit = reach[0] if most > 0 else 1.0
-    per = 1 / unit
-    for k in range(found):
-        a, b, h = local[3 * k] * per, local[3 * k + 1] * per, local[3 * k + 2]
-        aa, ab, bb = a * a, a * b, b * b
-        s10, s01, s20, s11, s02 = s10 + a, s01 + b, s20 + aa, s11 + ab, s02 + bb
-        s30, s21, s12, s03 = s30 + aa * a, s21 + aa * b, s12 + a * bb, s03 + b * bb
-        s40, s31, s22 = s40 + aa * aa, s31 + aa * ab, s22 + aa * bb
-        s13, s04 = s13 + ab * bb, s04 + bb * bb
-        h00, h10, h01 = h00 + h, h10 + a * h, h01 + b * h
-        h20, h11, h02 = h20 + aa * h, h11 + ab * h, h02 + bb * h
-    # The terms are 1, a, b, a^2 / 2, a b, b^2 / 2; the lower triangle is all that is asked for.
-    normal[0] = found
-    normal[6], normal[7] = s10, s20
-    normal[12], normal[13], normal[14] = s01, s11, s02
-    normal[18], normal[19], normal[20], normal[21] = s20 / 2, s30 / 2, s21 / 2, s40 / 4
-    normal[24], normal[25], normal[26], normal[27], normal[28] = s11, s21, s12, s31 / 2, s22
-    normal[30], normal[31], normal[32] = s02 / 2, s12 / 2, s03 / 2
-    normal[33], normal[34], normal[35] = s22 / 4, s13 / 2, s04 / 4
-    six[0], six[1], six[2], six[3], six[4], six[5] = h00, h10, h01, h20 / 2, h11, h02 / 2
-    lopsided[0] = sqrt(s10 * s10 + s01 * s01) / found
-    for m in range(6):
-        normal[7 * m] += ridge * found
-    if not solve(normal, six, 6):
-        for m in range(6):
-            six[m] = 0
-    for m in range(1, 3):
-        six[m] /= unit
-    for m in range(3, 6):
-        six[m] /= unit * unit
 
 
 cdef floats(values):
@@ -613,17 +491,51 @@ cdef of_vector(vector[Py_ssize_t]& values):
     return found
 
 
-cdef void between(source_motion, target_motion, double* motion) except *:
+cdef vector[double] placed(motions, Py_ssize_t count) except *:
+    """The motions of so many surfaces, twelve numbers each."""
+    cdef const double[:, :, ::1] given = floats(motions)
+    cdef vector[double] found
+    cdef Py_ssize_t k
+    if given.shape[0] != count:
+        raise ValueError(f"expected {count} motions, got {given.shape[0]}")
+    found.resize(12 * count)
+    for k in range(count):
+        of_array(given[k], &found[12 * k])
+    return found
+
+
+cdef among(ways, Py_ssize_t count):
+    """Pairs (W, 2) of positions that are safe to look up among so many."""
+    found = np.ascontiguousarray(ways, dtype=np.intp)
+    if found.ndim != 2 or found.shape[1] != 2:
+        raise ValueError(f"expected ways (W, 2), got {found.shape}")
+    positions(found.ravel(), count)
+    return found
+
+
+cdef bounds(ends, Py_ssize_t count, Py_ssize_t size):
+    """Where each of so many ways begins, and the last one ends, within `size`."""
+    found = np.ascontiguousarray(ends, dtype=np.intp)
+    cdef const Py_ssize_t[::1] view = found
+    cdef Py_ssize_t k
+    if view.shape[0] != count + 1:
+        raise ValueError(f"expected the ends of {count} ways, got {view.shape[0]} numbers")
+    for k in range(count + 1):
+        if not (view[k - 1] if k else 0) <= view[k] <= size:
+            raise ValueError(f"expected ends that ascend from 0 to {size}, got {found}")
+    return found
+
+
+cdef void between(
+    const double* from_source, const double* from_target, double* motion
+) noexcept nogil:
     """``T_target_source``."""
-    cdef Motion source, target
     cdef int i, j, m
-    of_array(floats(source_motion), source)
-    of_array(floats(target_motion), target)
     for i in range(3):
         for j in range(3):
             motion[3 * i + j] = 0
             for m in range(3):
-                motion[3 * i + j] += target[3 * m + i] * source[3 * m + j]
+                motion[3 * i + j] += from_target[3 * m + i] * from_source[3 * m + j]
         motion[9 + i] = 0
         for m in range(3):
-            motion[9 + i] += target[3 * m + i] * (source[9 + m] - target[9 + m])
+            motion[9 + i] += from_target[3 * m + i] * (from_source[9 + m] - from_target[9 + m])

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from mvreg import se3
 from mvreg.kernels import evidence, joint
-from mvreg.parallel import in_parts
+from mvreg.parallel import in_threads, slices
 from mvreg.stages.joint_surface import Surface
 from mvreg.surfaces import LEAST_COSINE, near_boxes
 from mvreg.types import Array, Indices
@@ -20,17 +20,46 @@ FEWEST = 12
 
 @dataclass(frozen=True, eq=False)
 class Contacts:
-    """Samples of scan `i` (source) that lie on patches of scan `j` (target).
+    """Samples of scans that lie on patches of other scans, one ordered pair of scans after another.
 
-    `samples` and `patches` (M,) are positions in the two surfaces; `weights` (M,) say how much of
-    what is known about the surface each one stands for.
+    Parameters
+    ----------
+    ways : (W, 2) array
+        The ordered pairs: positions of the scan of the samples (source), and of that of the patches
+        (target).
+    ends : (W + 1,) array
+        Where the contacts of each way begin, and where those of the last one end.
+    samples, patches : (M,) arrays
+        Positions in the surfaces of the two scans.
+    weights : (M,) array
+        How much of what is known about the surface each one stands for.
     """
 
-    i: int
-    j: int
+    ways: Indices
+    ends: Indices
     samples: Indices
     patches: Indices
     weights: Array
+
+    @property
+    def counts(self) -> Indices:
+        """(W,): how many contacts each way has."""
+        return np.diff(self.ends)
+
+    def places(self, surfaces: Sequence[Surface]) -> tuple[Indices, Indices]:
+        """(M,), (M,): where samples and patches are among those of all surfaces in a row."""
+        begin = np.cumsum([0, *(len(surface.points) for surface in surfaces)])
+        sources, targets = np.repeat(begin[self.ways], self.counts, axis=0).T
+        return sources + self.samples, targets + self.patches
+
+    def some(self, chosen: NDArray[np.bool_]) -> Contacts:
+        """The contacts of those ways (W,) that are chosen."""
+        if chosen.all():
+            return self
+        kept = np.repeat(chosen, self.counts)
+        ends = np.append(0, np.cumsum(self.counts[chosen]))
+        values = (self.samples[kept], self.patches[kept], self.weights[kept])
+        return Contacts(self.ways[chosen], ends, *values)
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,42 +84,35 @@ def touching(surfaces: Sequence[Surface], motions: Array, reach: float) -> list[
 
 def contacts(
     surfaces: Sequence[Surface], motions: Array, pairs: Sequence[tuple[int, int]], gate: Gate
-) -> list[Contacts]:
+) -> Contacts:
     """What lies on what, both ways, for every one of `pairs` that touches enough.
 
-    Samples find the nearest patch; both must be whole, and the normals agree.
-
-    Returns
-    -------
-    list of Contacts
-        Of ordered pairs, in the order of `pairs`.
+    Samples find the nearest patch; both must be whole, and the normals agree. The ways come in the
+    order of `pairs`.
     """
-    for k in {k for pair in pairs for k in pair}:
-        _ = surfaces[k].patches  # built once, before the threads ask for it
-    ways = [way for i, j in pairs for way in ((i, j), (j, i))]
-    found = in_parts(lambda way: _contacts(surfaces, motions, *way, gate), ways)
-    kept = [
-        one
-        for first, second in zip(found[::2], found[1::2], strict=True)
-        if len(first.samples) + len(second.samples) >= FEWEST
-        for one in (first, second)
-        if len(one.samples)
-    ]
-    return _weighted(surfaces, kept, gate.stride)
+    patches = [surface.patches for surface in surfaces]  # built once, before the threads ask
+    oriented = np.array([surface.oriented for surface in surfaces])
+    ways = np.array([way for i, j in pairs for way in ((i, j), (j, i))], np.intp).reshape(-1, 2)
+
+    def found(part: slice) -> tuple[Indices, Indices, Indices]:
+        return joint.contacts(
+            patches, motions, ways[part], gate.reach, gate.stride, gate.flat, LEAST_COSINE,
+            oriented,
+        )  # fmt: skip
+
+    parts = in_threads(found, slices(len(ways), 1))
+    counts, samples, others = (
+        np.concatenate(each)
+        for each in zip(*((np.diff(ends), *where) for ends, *where in parts), strict=True)
+    )
+    every = Contacts(ways, np.append(0, np.cumsum(counts)), samples, others, np.ones(len(samples)))
+    enough = np.repeat(counts.reshape(-1, 2).sum(axis=1) >= FEWEST, 2) & (counts > 0)
+    kept = every.some(enough)
+    return replace(kept, weights=_weights(surfaces, kept, gate.stride))
 
 
-def _contacts(surfaces: Sequence[Surface], motions: Array, i: int, j: int, gate: Gate) -> Contacts:
-    """Contacts of scan i on scan j, without their weights."""
-    source, target = surfaces[i], surfaces[j]
-    samples, patches = joint.contacts(
-        source.patches, target.patches, se3.invert(motions[j]) @ motions[i],
-        gate.reach, gate.stride, gate.flat, LEAST_COSINE, source.oriented and target.oriented,
-    )  # fmt: skip
-    return Contacts(i, j, samples, patches, np.ones(len(samples)))
-
-
-def _weighted(surfaces: Sequence[Surface], found: list[Contacts], stride: int) -> list[Contacts]:
-    """The contacts with the weights that make the most of what all scans know of a surface.
+def _weights(surfaces: Sequence[Surface], found: Contacts, stride: int) -> Array:
+    """The weights that make the most of what all scans know of a surface.
 
     Where scans k of densities d_k lie on the same unknown surface, least squares over the poses and
     the surface leave, once the surface is eliminated, the weight ``d_i d_j / sum_k d_k`` per area
@@ -98,13 +120,13 @@ def _weighted(surfaces: Sequence[Surface], found: list[Contacts], stride: int) -
     a half each. Thus nothing that three scans agree on is counted three times. What a sensor saw at
     a grazing angle counts less.
     """
-    total = [surface.density.copy() for surface in surfaces]
-    for one in found:
-        total[one.i][one.samples] += surfaces[one.j].density[one.patches]
-    weighted = []
-    for one in found:
-        theirs = surfaces[one.j].density[one.patches] / total[one.i][one.samples]
-        trust = surfaces[one.i].trust[one.samples] * surfaces[one.j].trust[one.patches]
-        weights = stride * surfaces[one.i].share[one.samples] * theirs * trust / 2
-        weighted.append(Contacts(one.i, one.j, one.samples, one.patches, weights))
-    return weighted
+    density = np.concatenate([surface.density for surface in surfaces])
+    share = np.concatenate([surface.share for surface in surfaces])
+    trust = np.concatenate([surface.trust for surface in surfaces])
+    samples, patches = found.places(surfaces)
+    total = density + np.bincount(samples, density[patches], len(density))
+    weights: Array = (
+        stride * share[samples] * density[patches] / total[samples]
+        * trust[samples] * trust[patches] / 2
+    )  # fmt: skip
+    return weights

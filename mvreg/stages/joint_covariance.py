@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from mvreg.kernels import joint
-from mvreg.parallel import in_parts
 from mvreg.stages.joint_matrix import of_blocks, some_columns
 from mvreg.stages.joint_system import CUT, Frame, Rows, System, curvature, weight
 from mvreg.types import Array
@@ -17,9 +16,7 @@ from mvreg.types import Array
 BATCH = 252
 
 
-def covariances(
-    found: Sequence[Rows], system: System, frame: Frame, width: float, cell: float
-) -> Array:
+def covariances(found: Rows, system: System, frame: Frame, width: float, cell: float) -> Array:
     """Covariances (F, 6, 6) of the free poses' twists, about the model frame's origin.
 
     The inverse of the normal equations, times the variance of the residuals. That variance is not
@@ -33,7 +30,7 @@ def covariances(
 
     Parameters
     ----------
-    found : sequence of Rows
+    found : Rows
         At the optimum.
     system : System
         Theirs, under the same kernel.
@@ -73,28 +70,28 @@ def _inverse(system: System, sums: Any) -> tuple[float, list[Array]]:
     return trace, blocks
 
 
-def _total(found: Sequence[Rows], width: float, kernel: Callable[[Array, float], Array]) -> float:
-    return float(sum((one.weights * kernel(one.residuals, width)).sum() for one in found))
+def _total(found: Rows, width: float, kernel: Callable[[Array, float], Array]) -> float:
+    return float(found.contacts.weights @ kernel(found.residuals, width))
 
 
-def _cell_gradients(found: Sequence[Rows], system: System, width: float, cell: float) -> Any:
+def _cell_gradients(found: Rows, system: System, width: float, cell: float) -> Any:
     """(G, 6 F): the gradient of every cell's residuals, see `mvreg.stages.joint_matrix`."""
-    low = np.min([one.points.min(axis=0) for one in found], axis=0)
-    high = np.max([one.points.max(axis=0) for one in found], axis=0)
+    low, high = found.points.min(axis=0), found.points.max(axis=0)
     across = np.floor((high - low) / cell).astype(np.int64) + 1
-    keys, values, columns = [], [], []
-    sums = in_parts(
-        lambda one: joint.cell_sums(
-            one.jacobian, one.residuals, one.weights, one.points, width, CUT, low, cell, across
-        ),
-        found,
+    sums = found.in_parts(
+        lambda _, ends: joint.cell_sums(
+            found.jacobian, found.residuals, found.contacts.weights, found.points, ends, width,
+            CUT, low, cell, across,
+        )
+    )  # fmt: skip
+    counts = np.concatenate([np.diff(ends) for ends, _, _ in sums])
+    _, cells = np.unique(np.concatenate([cells for _, cells, _ in sums]), return_inverse=True)
+    slopes = np.concatenate([slopes for _, _, slopes in sums])[:, None]
+    source, target = np.repeat(system.place[found.contacts.ways], counts, axis=0).T
+    here, there = source >= 0, target >= 0
+    return of_blocks(
+        np.concatenate([slopes[here], -slopes[there]]),
+        np.concatenate([cells[here], cells[there]]),
+        np.concatenate([source[here], target[there]]),
+        (int(cells.max()) + 1, len(system.gradient) // 6),
     )
-    for one, (key, slopes) in zip(found, sums, strict=True):
-        for k, sign in ((one.i, 1.0), (one.j, -1.0)):
-            if k in system.place:
-                keys.append(key)
-                values.append(sign * slopes)
-                columns.append(np.full(len(key), system.place[k]))
-    _, where = np.unique(np.concatenate(keys), return_inverse=True)
-    shape = int(where.max()) + 1, len(system.place)
-    return of_blocks(np.concatenate(values)[:, None], where, np.concatenate(columns), shape)

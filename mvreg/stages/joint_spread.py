@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mvreg.kernels import joint
+from mvreg.kernels import fit
 from mvreg.types import Array
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ def shares(tree: Tree, density: Array, total: int) -> Array:
     count = min(AROUND, tree.n - 1)
     if count < 1:
         return np.full(tree.n, float(total))
-    each: Array = density * joint.distances(tree, count) ** 2
+    each: Array = density * fit.distances(tree, count) ** 2
     whole = float(each.sum())
     return each * (total / whole) if whole > 0 else np.full(tree.n, total / tree.n)
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mvreg.evidence_measure import witness
-from mvreg.kernels import joint
+from mvreg.kernels import fit, joint
 from mvreg.lazy import lazy
 from mvreg.nearest import build_tree
 from mvreg.normals import facing_normals
@@ -157,7 +157,7 @@ def _surface(view: View, dense: bool) -> Surface:
 def _fitted(tree: Tree, count: int, samples: Array, facing: Array, oriented: bool) -> Surface:
     """Patches through the `count` raw points of a tree about each sample, by least squares."""
     axes = axes_about(facing)
-    heights, slopes, bends, reach, lopsided = joint.fit(tree, samples, axes, count, RIDGE)
+    heights, slopes, bends, reach, lopsided = fit.fit(tree, samples, axes, count, RIDGE)
     unit = np.where(reach > 0, reach, 1.0)
     upright = np.column_stack([-slopes, np.ones(len(slopes))])
     upright /= np.sqrt((upright**2).sum(axis=1, keepdims=True))

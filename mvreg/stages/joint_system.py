@@ -10,12 +10,12 @@ import numpy as np
 
 from mvreg import se3
 from mvreg.kernels import joint
-from mvreg.parallel import in_parts
+from mvreg.parallel import Answer, in_threads, slices
 from mvreg.stages.joint_contacts import Contacts
 from mvreg.stages.joint_matrix import of_blocks, solver
 from mvreg.stages.joint_surface import Surface
 from mvreg.stages.plane_icp import about
-from mvreg.types import Array
+from mvreg.types import Array, Indices
 
 #: Residuals beyond so many widths of the kernel have a weight below 1 per cent, and get none.
 CUT = 3.0
@@ -60,44 +60,46 @@ class Frame:
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """The residuals of some contacts under some poses, in units of the frame's radius.
+    """The residuals of contacts under some poses, in units of the frame's radius.
 
-    `residuals` (M,); `jacobian` (M, 6) is for the pose of scan `i`, and its negative for that of
-    scan `j`; `points` (M, 3) are where they are, in the frame; `weights` (M,).
+    `residuals` (M,); `jacobian` (M, 6) is for the pose of a contact's source, and its negative for
+    that of its target; `points` (M, 3) are where they are, in the frame.
     """
 
-    i: int
-    j: int
+    contacts: Contacts
     residuals: Array
     jacobian: Array
     points: Array
-    weights: Array
+
+    def in_parts(self, function: Callable[[slice, Indices], Answer]) -> list[Answer]:
+        """What a function says of some of the ways at a time, with where their rows begin and end.
+
+        In threads; in the order of the ways.
+        """
+        ends = self.contacts.ends
+        parts = slices(len(self.contacts.ways), 1)
+        return in_threads(lambda part: function(part, ends[part.start : part.stop + 1]), parts)
 
 
 def rows(
-    surfaces: Sequence[Surface],
-    motions: Array,
-    contacts: Sequence[Contacts],
-    frame: Frame,
-    flat: bool,
-) -> list[Rows]:
+    surfaces: Sequence[Surface], motions: Array, contacts: Contacts, frame: Frame, flat: bool
+) -> Rows:
     """Point-to-surface residuals of all contacts, and how they change with the poses."""
+    size = len(contacts.samples)
+    made = Rows(contacts, np.empty(size), np.empty((size, 6)), np.empty((size, 3)))
+    patches = [surface.patches for surface in surfaces]  # built once, before the threads ask
+    made.in_parts(
+        lambda part, ends: joint.rows(
+            patches, motions, contacts.ways[part], ends, contacts.samples, contacts.patches,
+            frame.centre, frame.radius, flat, made.residuals, made.jacobian, made.points,
+        )
+    )  # fmt: skip
+    return made
 
-    def of(one: Contacts) -> Rows:
-        found = joint.rows(
-            surfaces[one.i].patches, surfaces[one.j].patches, motions[one.i], motions[one.j],
-            one.samples, one.patches, frame.centre, frame.radius, flat,
-        )  # fmt: skip
-        return Rows(one.i, one.j, *found, one.weights)
 
-    for k in {k for one in contacts for k in (one.i, one.j)}:
-        _ = surfaces[k].patches  # built once, before the threads ask for it
-    return in_parts(of, contacts)
-
-
-def spread(found: Sequence[Rows]) -> float:
-    """The residuals' standard deviation, by their median, in units of the frame's radius."""
-    sizes = np.abs(np.concatenate([one.residuals for one in found]))
+def spread(residuals: Array) -> float:
+    """The residuals' standard deviation, by their median, in their unit."""
+    sizes = np.abs(residuals)
     half = len(sizes) // 2
     sizes.partition(half)  # `np.median` takes three times as long
     below = sizes[half] if len(sizes) % 2 else sizes[:half].max()
@@ -125,39 +127,37 @@ def curvature(residuals: Array, width: float) -> Array:
 class System:
     """Normal equations ``normal @ unknowns = -gradient`` over the poses that are free.
 
-    `normal` is (6 F, 6 F), see `mvreg.stages.joint_matrix`; `place` maps positions of scans to
-    those among the free ones.
+    `normal` is (6 F, 6 F), see `mvreg.stages.joint_matrix`; `place` (N,) is where each scan is
+    among the free ones, -1 for one that is not.
     """
 
     normal: Any
     gradient: Array
-    place: dict[int, int]
+    place: Indices
 
     @classmethod
-    def of(cls, found: Sequence[Rows], free: Sequence[int], width: float) -> System:
+    def of(cls, found: Rows, free: Sequence[int], width: float) -> System:
         """Sum over all rows, each with its weight and the kernel's."""
-        place = {k: index for index, k in enumerate(free)}
-        gradient = np.zeros((len(free), 6))
-        where: list[tuple[int, int]] = []
-        made: list[Array] = []
-        sums = in_parts(
-            lambda one: joint.normal_equations(
-                one.jacobian, one.residuals, one.weights, width, CUT
-            ),
-            found,
+        sums = found.in_parts(
+            lambda _, ends: joint.normal_equations(
+                found.jacobian, found.residuals, found.contacts.weights, ends, width, CUT
+            )
         )
-        for one, (block, slope) in zip(found, sums, strict=True):
-            for k, sign in ((one.i, 1.0), (one.j, -1.0)):
-                if k in place:
-                    gradient[place[k]] += sign * slope
-                    where.append((place[k], place[k]))
-                    made.append(block)
-            if one.i in place and one.j in place:
-                where += [(place[one.i], place[one.j]), (place[one.j], place[one.i])]
-                made += [-block, -block]
-        corners = np.array(where, dtype=np.intp).reshape(-1, 2)
-        blocks = np.array(made).reshape(-1, 6, 6)
-        normal = of_blocks(blocks, corners[:, 0], corners[:, 1], (len(free), len(free)))
+        blocks, slopes = (np.concatenate(each) for each in zip(*sums, strict=True))
+        place = np.full(found.contacts.ways.max() + 1, -1)
+        place[free] = np.arange(len(free))
+        source, target = place[found.contacts.ways].T
+        here, there = source >= 0, target >= 0
+        gradient = np.zeros((len(free), 6))
+        np.add.at(gradient, source[here], slopes[here])
+        np.subtract.at(gradient, target[there], slopes[there])
+        both = here & there
+        normal = of_blocks(
+            np.concatenate([blocks[here], blocks[there], -blocks[both], -blocks[both]]),
+            np.concatenate([source[here], target[there], source[both], target[both]]),
+            np.concatenate([source[here], target[there], target[both], source[both]]),
+            (len(free), len(free)),
+        )
         return cls(normal, gradient.ravel(), place)
 
     def solver(self) -> Callable[[Array], Array]:

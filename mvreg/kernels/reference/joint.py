@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +47,31 @@ def gaps(
 
 
 def contacts(
+    surfaces: Sequence[Patches],
+    motions: Array,
+    ways: Indices,
+    reach: float,
+    stride: int,
+    flat: bool,
+    least_cosine: float,
+    oriented: NDArray[np.bool_],
+) -> tuple[Indices, Indices, Indices]:
+    """Where the samples of surfaces lie on the patches of others."""
+    found = [
+        touch(surfaces[i], surfaces[j], se3.invert(motions[j]) @ motions[i],
+              reach, stride, flat, least_cosine, bool(oriented[i] and oriented[j]))
+        for i, j in ways
+    ]  # fmt: skip
+    none = np.empty(0, dtype=np.intp)
+    ends = np.cumsum([0, *(len(samples) for samples, _ in found)])
+    return (
+        ends,
+        np.concatenate([none, *(samples for samples, _ in found)]),
+        np.concatenate([none, *(patches for _, patches in found)]),
+    )
+
+
+def touch(
     source: Patches,
     target: Patches,
     transform: Array,
@@ -56,6 +83,8 @@ def contacts(
 ) -> tuple[Indices, Indices]:
     """Where the samples of a surface lie on the patches of another."""
     samples = np.arange(0, len(source.points), stride)
+    if not len(target.points):
+        return samples[:0], samples[:0]
     points = se3.apply(transform, source.points[samples])
     apart = np.linalg.norm(points[:, None] - target.points[None], axis=2)
     patches = apart.argmin(axis=1)
@@ -69,34 +98,45 @@ def contacts(
 
 
 def rows(
-    source: Patches,
-    target: Patches,
-    source_motion: Array,
-    target_motion: Array,
+    surfaces: Sequence[Patches],
+    motions: Array,
+    ways: Indices,
+    ends: Indices,
     samples: Indices,
     patches: Indices,
     centre: Array,
     radius: float,
     flat: bool,
-) -> tuple[Array, Array, Array]:
+    residuals: Array,
+    jacobian: Array,
+    points: Array,
+) -> None:
     """How far samples are from patches, and how that changes with the source's motion."""
-    into = se3.invert(target_motion) @ source_motion
-    points = se3.apply(into, source.points[samples])
-    heights, normals, _ = gaps(target, points, patches, flat)
-    normals = normals @ target_motion[:3, :3].T
-    points = (se3.apply(target_motion, points) - centre) / radius
-    jacobian = np.concatenate([np.cross(points, normals), normals], axis=1)
-    return heights / radius, jacobian, points
+    for (i, j), part in zip(ways, parts_of(ends), strict=True):
+        into = se3.invert(motions[j]) @ motions[i]
+        there = se3.apply(into, surfaces[i].points[samples[part]])
+        heights, normals, _ = gaps(surfaces[j], there, patches[part], flat)
+        residuals[part] = heights / radius
+        points[part] = (se3.apply(motions[j], there) - centre) / radius
+        jacobian[part, 3:] = normals @ motions[j][:3, :3].T
+        jacobian[part, :3] = np.cross(points[part], jacobian[part, 3:])
+
+
+def parts_of(ends: Indices) -> list[slice]:
+    """Where the contacts of each way are."""
+    return [slice(*pair) for pair in pairwise(ends)]
 
 
 def normal_equations(
-    jacobian: Array, residuals: Array, weights: Array, width: float, cut: float
+    jacobian: Array, residuals: Array, weights: Array, ends: Indices, width: float, cut: float
 ) -> tuple[Array, Array]:
-    """The weighted sums ``J^T W J`` and ``J^T W r``."""
+    """The weighted sums ``J^T W J`` and ``J^T W r`` over each way's rows."""
     square = (residuals / width) ** 2
     weights = weights * np.where(square < cut**2, (1 + square) ** -2.0, 0.0)
     weighted = jacobian * weights[:, None]
-    return jacobian.T @ weighted, weighted.T @ residuals
+    normals = [jacobian[part].T @ weighted[part] for part in parts_of(ends)]
+    gradients = [weighted[part].T @ residuals[part] for part in parts_of(ends)]
+    return np.array(normals).reshape(-1, 6, 6), np.array(gradients).reshape(-1, 6)
 
 
 def cell_sums(
@@ -104,48 +144,29 @@ def cell_sums(
     residuals: Array,
     weights: Array,
     points: Array,
+    ends: Indices,
     width: float,
     cut: float,
     low: Array,
     edge: float,
     across: Indices,
-) -> tuple[Indices, Array]:
-    """The gradients ``J^T W r`` of the residuals in every cell of a grid."""
+) -> tuple[Indices, Indices, Array]:
+    """The gradients ``J^T W r`` of each way's residuals in every cell of a grid."""
+    square = (residuals / width) ** 2
+    weights = weights * np.where(square < cut**2, (1 + square) ** -2.0, 0.0)
+    slopes = jacobian * (weights * residuals)[:, None]
     places = np.floor((points - low) / edge).astype(np.int64)
     keys = (places[:, 0] * across[1] + places[:, 1]) * across[2] + places[:, 2]
-    cells = np.unique(keys)
-    sums = [
-        normal_equations(jacobian[k], residuals[k], weights[k], width, cut)[1]
-        for k in (keys == cell for cell in cells)
-    ]
-    return cells, np.array(sums).reshape(-1, 6)
+    counts, cells, sums = [0], [np.empty(0, dtype=np.int64)], [np.empty((0, 6))]
+    for part in parts_of(ends):
+        found = np.unique(keys[part])
+        counts.append(len(found))
+        cells.append(found)
+        sums += [slopes[part][keys[part] == cell].sum(axis=0)[None] for cell in found]
+    return np.cumsum(counts), np.concatenate(cells), np.concatenate(sums)
 
 
 def farthest(points: Array, before: Array, after: Array) -> float:
     """How far a motion goes from another for any of points (N, 3), at most."""
     moves = se3.apply(after, points) - se3.apply(before, points)
     return float(np.linalg.norm(moves, axis=1).max(initial=0.0))
-
-
-def fit(
-    points: Array, samples: Array, axes: Array, count: int, ridge: float
-) -> tuple[Array, Array, Array, Array, Array]:
-    """Patches of second order through the nearest of points (N, 3) about each sample."""
-    apart = np.linalg.norm(samples[:, None] - points[None], axis=2)
-    near = points[np.argsort(apart, axis=1, kind="stable")[:, :count]]
-    local = (near - samples[:, None]) @ np.swapaxes(axes, 1, 2)
-    reach = np.sqrt((local[..., :2] ** 2).sum(axis=2).max(axis=1))
-    unit = np.where(reach > 0, reach, 1.0)
-    a, b = local[..., 0] / unit[:, None], local[..., 1] / unit[:, None]
-    terms = np.stack([np.ones_like(a), a, b, a * a / 2, a * b, b * b / 2], axis=2)
-    system = np.swapaxes(terms, 1, 2) @ terms / terms.shape[1] + ridge * np.eye(6)
-    right = np.swapaxes(terms, 1, 2) @ local[..., 2:] / terms.shape[1]
-    found = np.linalg.solve(system, right)[..., 0]
-    slopes, bends = found[:, 1:3] / unit[:, None], found[:, 3:] / unit[:, None] ** 2
-    return found[:, 0], slopes, bends, reach, np.hypot(a.mean(axis=1), b.mean(axis=1))
-
-
-def distances(points: Array, rank: int) -> Array:
-    """How far each point's neighbour of a rank is; the point itself has the rank 0."""
-    apart: Array = np.sort(np.linalg.norm(points[:, None] - points[None], axis=2), axis=1)
-    return apart[:, rank]
