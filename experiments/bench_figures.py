@@ -67,7 +67,7 @@ def curve(axis: Any, records: Sequence[Record], row: str, cost: str) -> None:
         return
     ends = [known[0][0], known[-1][0]]
     axis.plot(ends, [law.at(size) for size in ends], color=colour, linewidth=1,
-              label=f"{row}: exponent {law.exponent:.2f}")  # fmt: skip
+              label=f"{row}: exponent {law.exponent:z.2f}")  # fmt: skip
 
 
 def complete(runs: Sequence[Record]) -> bool:
@@ -77,9 +77,9 @@ def complete(runs: Sequence[Record]) -> bool:
 
 def ticks(axis: Any, sizes: Sequence[int]) -> None:
     """Name the sizes that were measured; costs as plain numbers."""
-    from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+    from matplotlib.ticker import EngFormatter, LogLocator, NullFormatter, StrMethodFormatter
 
-    names = [f"{size // 1000:,}k" if size >= 1000 else str(size) for size in sizes]
+    names = [EngFormatter(sep="")(size) for size in sizes]
     axis.set_xticks(sizes, names, minor=False)
     axis.xaxis.set_minor_formatter(NullFormatter())
     low, high = axis.get_ylim()

@@ -156,7 +156,7 @@ def exponents(records: Sequence[Record]) -> Table:
         cells = [row]
         for cost in COSTS:
             found = fitted(records, row, cost)
-            cells += ["", ""] if found is None else [f"{found.exponent:.2f}", f"{found.last:.2f}"]
+            cells += ["", ""] if found is None else [f"{found.exponent:z.2f}", f"{found.last:z.2f}"]
         rows.append(cells)
     heads = [text for head in COSTS.values() for text in (head.split(" (")[0], "at the end")]
     return Table("Fitted exponents", ["method", *heads], rows)
