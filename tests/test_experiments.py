@@ -91,6 +91,12 @@ def test_every_job_composes_to_what_it_says(name):
             check_job(name, {**base, key: value})
 
 
+@pytest.mark.parametrize("name", NAMES)
+def test_every_experiment_composes_before_its_jobs_are_known(name):
+    """Hydra does so at the start of a sweep, with the default method."""
+    assert config.compose([f"+experiment={name}"]).method == "auto"
+
+
 def transposed(jobs):
     pairs = [[word.split("=", 1) for word in job] for job in jobs]
     keys = [key for key, _ in pairs[0]]
