@@ -101,13 +101,16 @@ def cpu_seconds() -> float:
 
 
 def busy_seconds() -> float | None:
-    """Processor time of the whole machine since it started; None where Linux does not tell."""
+    """Processor time of the whole machine since it started; None where Linux does not tell.
+
+    With what the host of a virtual machine took away from it ("stolen").
+    """
     file = Path("/proc/stat")
     if not file.is_file():
         return None
     ticks = [int(each) for each in file.read_text("utf-8").split("\n", 1)[0].split()[1:]]
-    user, nice, system, _, _, irq, softirq, *_ = ticks
-    return (user + nice + system + irq + softirq) / os.sysconf("SC_CLK_TCK")
+    user, nice, system, _, _, irq, softirq, stolen, *_ = ticks
+    return (user + nice + system + irq + softirq + stolen) / os.sysconf("SC_CLK_TCK")
 
 
 def summed_up(answer: Mapping[str, Any]) -> dict[str, Any]:
