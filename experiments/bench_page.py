@@ -112,7 +112,10 @@ def busy(records: Sequence[Record]) -> list[str]:
     known = [r.others for r in records if r.others is not None]
     if not known:
         return []
-    found = f"- Besides, {max(known):.2f} cores were busy with something else, or taken by the host, at the most"
+    most = f"{max(known):.2f}"
+    found = (
+        f"- Besides, {most} cores were busy with something else, or taken by the host, at the most"
+    )
     doubtful = sum(each > BUSY for each in known)
     note = f"; in {doubtful} of {len(known)} runs more than {BUSY}, so take times with care"
     return [found + (note if doubtful else "")]
