@@ -114,7 +114,7 @@ def busy(records: Sequence[Record]) -> list[str]:
         return []
     most = f"{max(known):.2f}"
     found = (
-        f"- Besides, {most} cores were busy with something else, or taken by the host, at the most"
+        f"- Besides, {most} cores were busy with something else or taken by the host at the most"
     )
     doubtful = sum(each > BUSY for each in known)
     note = f"; in {doubtful} of {len(known)} runs more than {BUSY}, so take times with care"
