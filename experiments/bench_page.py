@@ -112,7 +112,7 @@ def busy(records: Sequence[Record]) -> list[str]:
     known = [r.others for r in records if r.others is not None]
     if not known:
         return []
-    found = f"- Besides, {max(known):.2f} cores were busy with something else, the host's included"
+    found = f"- Besides, {max(known):.2f} cores were busy with something else at the most"
     doubtful = sum(each > BUSY for each in known)
     note = f"; in {doubtful} of {len(known)} runs more than {BUSY}, so take times with care"
     return [found + (note if doubtful else "")]

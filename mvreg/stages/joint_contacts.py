@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from mvreg.kernels import evidence, joint
 from mvreg.parallel import in_threads, slices
+from mvreg.ragged import ends_of, picked
 from mvreg.stages.joint_surface import Surface
 from mvreg.surfaces import LEAST_COSINE, near_boxes
 from mvreg.types import Array, Indices
@@ -48,7 +49,7 @@ class Contacts:
 
     def places(self, surfaces: Sequence[Surface]) -> tuple[Indices, Indices]:
         """(M,), (M,): where samples and patches are among those of all surfaces in a row."""
-        begin = np.cumsum([0, *(len(surface.points) for surface in surfaces)])
+        begin = ends_of(np.array([len(surface.points) for surface in surfaces]))
         sources, targets = np.repeat(begin[self.ways], self.counts, axis=0).T
         return sources + self.samples, targets + self.patches
 
@@ -56,8 +57,7 @@ class Contacts:
         """The contacts of those ways (W,) that are chosen."""
         if chosen.all():
             return self
-        kept = np.repeat(chosen, self.counts)
-        ends = np.append(0, np.cumsum(self.counts[chosen]))
+        kept, ends = picked(self.ends, chosen)
         values = (self.samples[kept], self.patches[kept], self.weights[kept])
         return Contacts(self.ways[chosen], ends, *values)
 
@@ -105,7 +105,7 @@ def contacts(
         np.concatenate(each)
         for each in zip(*((np.diff(ends), *where) for ends, *where in parts), strict=True)
     )
-    every = Contacts(ways, np.append(0, np.cumsum(counts)), samples, others, np.ones(len(samples)))
+    every = Contacts(ways, ends_of(counts), samples, others, np.ones(len(samples)))
     enough = np.repeat(counts.reshape(-1, 2).sum(axis=1) >= FEWEST, 2) & (counts > 0)
     kept = every.some(enough)
     return replace(kept, weights=_weights(surfaces, kept, gate.stride))

@@ -13,6 +13,7 @@ from mvreg.errors import InputError, check_positive
 from mvreg.kernels import propagate as kernels
 from mvreg.nearest import nearest
 from mvreg.parallel import in_threads, slices
+from mvreg.ragged import ends_of
 from mvreg.stages.spread import Spread
 from mvreg.types import Array, Candidates, Indices, Matches, View
 
@@ -139,7 +140,7 @@ class ConsensusPropagate:
         )  # fmt: skip
         sizes = np.concatenate([np.diff(ends) for _, ends in parts])
         matches = np.concatenate([matches for matches, _ in parts])
-        return Spread(matches, np.concatenate([[0], np.cumsum(sizes)]))
+        return Spread(matches, ends_of(sizes))
 
     def consensus(
         self, source: View, target: View, spread: Spread, rng: np.random.Generator

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mvreg.ragged import picked
 from mvreg.types import Indices
 
 
@@ -40,5 +41,5 @@ class Spread:
         kept = self.sizes >= least
         if kept.all():
             return self
-        ends = np.concatenate([[0], np.cumsum(self.sizes[kept])])
-        return Spread(self.matches[np.repeat(kept, self.sizes)], ends)
+        rows, ends = picked(self.ends, kept)
+        return Spread(self.matches[rows], ends)
