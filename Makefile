@@ -22,11 +22,11 @@ demo: $(stamp) ## Register the embedded figurine
 
 bench: $(stamp) ## Measure methods, peers, growth and kernels; BENCH='methods --rounds 5' for a part
 	@echo '==> bench$(if $(MVREG_DATA),, (MVREG_DATA is not set: those on real scans will fail))'
-	@$(python) experiments/bench.py $(BENCH)
+	@$(python) -m experiments.bench.run $(BENCH)
 
 report: $(stamp) ## Tables and figures in experiments/results from what the experiments left in runs/
 	@echo '==> report'
-	@$(python) experiments/report.py
+	@$(python) -m experiments.report.build
 
 lint: $(stamp) ## Style and types: ruff and mypy
 	@echo '==> style'
@@ -40,7 +40,7 @@ test: lint ## Lint, then every test; with MVREG_DATA set also those on real scan
 	@$(python) -m pytest -n 2
 
 docs: $(stamp) ## Put the code that the documents include into them again
-	@$(python) tests/include.py
+	@$(python) tests/documents/include.py
 
 clean: ## Remove the environment and what tools left behind; keep runs
 	rm -rf $(VENV) build dist *.egg-info plugins/*/*.egg-info

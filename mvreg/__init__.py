@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from mvreg._open3d import load_open3d as load_open3d
-    from mvreg.assessment import assess as assess
     from mvreg.errors import InputError as InputError
     from mvreg.errors import MvregError as MvregError
     from mvreg.errors import PluginError as PluginError
-    from mvreg.hookspecs import hookimpl as hookimpl
+    from mvreg.evaluation.assess import assess as assess
     from mvreg.pipeline import Pipeline as Pipeline
+    from mvreg.plugins.hookspecs import hookimpl as hookimpl
     from mvreg.run import Method as Method
     from mvreg.run import dataset as dataset
     from mvreg.run import load_method as load_method

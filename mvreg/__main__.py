@@ -3,7 +3,7 @@
 import gc
 import sys
 
-from mvreg import cli
+from mvreg.cli import main as cli
 
 #: Python looks for cycles of garbage after so many new containers, instead of 700: what a command
 #: imports and composes is a hundred thousand that stay. A command then takes a twelfth less time,

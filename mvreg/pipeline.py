@@ -10,12 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from mvreg import contracts, events, plugins
+from mvreg import contracts, events
 from mvreg.errors import InputError
-from mvreg.nearest import mean_spacing
-from mvreg.normals import facing_normals
+from mvreg.geometry.nearest import mean_spacing
 from mvreg.parallel import in_threads, one_by_one
+from mvreg.plugins import manager
 from mvreg.screening import refine_best
+from mvreg.surface.normals import facing_normals
 from mvreg.types import (
     Array,
     Model,
@@ -75,7 +76,7 @@ class Pipeline:
             if stage is not None and parameter in parameters_of(stage):
                 changed = replace(changed, **{kind: replace(stage, **{parameter: value})})
                 continue
-            registered = [s.cls for s in plugins.stages().values() if s.kind == kind]
+            registered = [s.cls for s in manager.stages().values() if s.kind == kind]
             if stage is None or not any(parameter in parameters_of(cls) for cls in registered):
                 options = parameters_of(stage) if stage is not None else STAGES
                 raise InputError(

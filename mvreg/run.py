@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mvreg import contracts, plugins
+from mvreg import contracts
+from mvreg.config.overrides import overrides_from, spelled
 from mvreg.errors import InputError
 from mvreg.events import (
     AdjustStarted,
@@ -19,8 +20,8 @@ from mvreg.events import (
     ViewPlaced,
     ViewPrepared,
 )
-from mvreg.overrides import overrides_from, spelled
 from mvreg.pipeline import Pipeline
+from mvreg.plugins import manager
 from mvreg.types import Array, Result, Scan, ScanSet, View
 
 if TYPE_CHECKING:
@@ -113,7 +114,7 @@ def load_method(name: str = "auto", changes: Mapping[str, object] | None = None)
     InputError
         If there is no such method, stage or parameter; lists the options.
     """
-    from mvreg.config import compose
+    from mvreg.config.compose import compose
 
     chosen = [] if name == "auto" else [f"+method={spelled(name)}"]
     return method_from(compose([*chosen, *overrides_from(changes or {})]))
@@ -121,7 +122,7 @@ def load_method(name: str = "auto", changes: Mapping[str, object] | None = None)
 
 def method_from(config: DictConfig) -> Method:
     """The method that a composed configuration describes."""
-    from mvreg.config import stages_from
+    from mvreg.config.compose import stages_from
 
     stages = stages_from(config)
     strategy, adjust = stages.pop("strategy"), stages.pop("adjust")
@@ -145,7 +146,7 @@ def dataset(name: str, rng: int = 0, **parameters: object) -> ScanSet:
     InputError
         If there is no such data set or parameter, or the scans cannot be read.
     """
-    from mvreg.config import compose, stage_from
+    from mvreg.config.compose import compose, stage_from
 
     changes = {f"dataset.{key}": value for key, value in parameters.items()}
     config = compose([f"dataset={spelled(name)}", *overrides_from(changes)])
@@ -194,5 +195,5 @@ def register(
         method = load_method(method, changes)
     elif changes:
         raise InputError("changes go with a method's name; this method is put together already")
-    with plugins.observing(*observers):
-        return run(as_scans(scans), method, np.random.default_rng(rng), plugins.emit)[0]
+    with manager.observing(*observers):
+        return run(as_scans(scans), method, np.random.default_rng(rng), manager.emit)[0]

@@ -3,11 +3,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from mvreg import events, se3
+from mvreg import events
 from mvreg.errors import InputError
+from mvreg.geometry import se3
 from mvreg.pipeline import Pipeline, timed
-from mvreg.stages.judge import PointToPlaneJudge, TmseJudge
-from mvreg.stages.refine import TrimmedICP
+from mvreg.stages.judge.residual import PointToPlaneJudge, TmseJudge
+from mvreg.stages.refine.trimmed import TrimmedICP
 from mvreg.testing import blob_scans, blob_views, overlap, pipeline
 from mvreg.testing.compare import digest
 from mvreg.testing.refine import nudge

@@ -14,9 +14,9 @@ from small_scans import CHANGES, placed_like, poor_scans, three
 
 import mvreg
 from mvreg import events
-from mvreg.config import compose
-from mvreg.overrides import spelled
-from mvreg.plugins import ObserverWarning
+from mvreg.config.compose import compose
+from mvreg.config.overrides import spelled
+from mvreg.plugins.manager import ObserverWarning
 from mvreg.run import method_from
 from mvreg.testing import blob_scans, plane_scans
 from mvreg.testing.compare import digest

@@ -3,11 +3,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from mvreg import se3
 from mvreg.errors import InputError
+from mvreg.geometry import se3
 from mvreg.screening import FEWER, SCREENING, refine_best, thinned
-from mvreg.stages.refine import TrimmedICP
-from mvreg.stages.strategy import GrowStrategy
+from mvreg.stages.refine.trimmed import TrimmedICP
+from mvreg.stages.strategy.grow import GrowStrategy
 from mvreg.testing import overlap, pipeline
 from mvreg.testing.refine import nudge
 from mvreg.types import Candidates, Verdict

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import mvreg
-from mvreg import se3
+from mvreg.geometry import se3
 from mvreg.run import load_method
 from mvreg.types import Array, Matches, Scan, ScanSet, View
 

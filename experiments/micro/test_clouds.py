@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from mvreg import se3
+from mvreg.geometry import se3
+from mvreg.geometry.nearest import build_tree, mean_spacing, nearest
 from mvreg.io.points import read_points
-from mvreg.nearest import build_tree, mean_spacing, nearest
-from mvreg.normals import Orient, estimate_normals
-from mvreg.stages.cells import surface_centroids, voxel_centroids
-from mvreg.stages.describe import neighbourhood_moments
+from mvreg.stages.describe.spectrum import neighbourhood_moments
+from mvreg.stages.downsample.voxels import surface_centroids, voxel_centroids
+from mvreg.surface.normals import Orient, estimate_normals
 from mvreg.types import Array, Scan, View
 
 #: A cell of the grids, in resolutions of the scan.

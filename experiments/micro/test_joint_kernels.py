@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_kernels import BOTH, FEW, timed
 
+from experiments.micro.test_kernels import BOTH, FEW, timed
 from mvreg.kernels import fit, joint
-from mvreg.kernels.reference import fit as plain_fit
-from mvreg.kernels.reference import joint as plain
-from mvreg.stages.joint_surface import Surface, surfaces
+from mvreg.stages.adjust.joint.surface import Surface, surfaces
+from mvreg.testing.reference import fit as plain_fit
+from mvreg.testing.reference import joint as plain
 from mvreg.types import Array, Scan, View
 
 #: Of the samples, every so many; raw points of a patch, and what keeps its equations solvable.

@@ -11,17 +11,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mvreg import se3
+from mvreg.geometry import se3
 from mvreg.kernels import descriptors, grid, icp, moments, propagate, text
-from mvreg.kernels.reference import descriptors as plain_descriptors
-from mvreg.kernels.reference import grid as plain_grid
-from mvreg.kernels.reference import icp as plain_icp
-from mvreg.kernels.reference import moments as plain_moments
-from mvreg.kernels.reference import propagate as plain_propagate
-from mvreg.kernels.reference import text as plain_text
-from mvreg.stages.plane_icp import PlaneICP
-from mvreg.stages.propagate import ConsensusPropagate, triples
-from mvreg.stages.refine_planes import PointToPlane
+from mvreg.stages.propagate.consensus import ConsensusPropagate, triples
+from mvreg.stages.refine.plane_base import PlaneICP
+from mvreg.stages.refine.planes import PointToPlane
+from mvreg.testing.reference import descriptors as plain_descriptors
+from mvreg.testing.reference import grid as plain_grid
+from mvreg.testing.reference import icp as plain_icp
+from mvreg.testing.reference import moments as plain_moments
+from mvreg.testing.reference import propagate as plain_propagate
+from mvreg.testing.reference import text as plain_text
 from mvreg.types import Array, Indices, Matches, Scan, View
 
 BOTH = pytest.mark.parametrize("variant", ["kernel", "reference"])

@@ -7,8 +7,8 @@ from enum import Enum
 
 import numpy as np
 
-from mvreg import se3
 from mvreg.errors import InputError
+from mvreg.geometry import se3
 from mvreg.types import Array, ScanSet
 
 

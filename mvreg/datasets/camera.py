@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mvreg import se3
 from mvreg.datasets.mesh import Mesh
 from mvreg.datasets.raycast import Hits, Picture, Projection
 from mvreg.errors import InputError
+from mvreg.geometry import se3
 from mvreg.types import Array, Scan
 
 #: Rays that find out how much of the picture the object fills.

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from mvreg.config.nested_dataset import load_named
 from mvreg.datasets.amount import Amount
 from mvreg.datasets.base import Order, ScanSource
-from mvreg.datasets.named import load_named
 from mvreg.errors import InputError
 from mvreg.types import Array, Scan, ScanSet
 

@@ -8,8 +8,8 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from mvreg import se3
 from mvreg.datasets.mesh import Mesh
+from mvreg.geometry import se3
 from mvreg.types import Array
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from mvreg import se3
 from mvreg.datasets.sdf import SINGLE, Array, Distance
+from mvreg.geometry import se3
 
 
 def turned(z: float = 0, y: float = 0, x: float = 0) -> Array:

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mvreg.config.nested_dataset import load_named
 from mvreg.datasets.base import ScanSource
-from mvreg.datasets.named import load_named
 from mvreg.errors import InputError
 from mvreg.types import Array, Scan, ScanSet
 
@@ -113,7 +113,7 @@ class Spoilt(ScanSource):
 
 def _resolution(scans: tuple[Scan, ...]) -> float:
     """The median over the scans of the mean distance to the nearest other point (length)."""
-    from mvreg.nearest import mean_spacing
+    from mvreg.geometry.nearest import mean_spacing
 
     return float(np.median([mean_spacing(scan.points) for scan in scans]))
 

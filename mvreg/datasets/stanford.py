@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from mvreg import se3
 from mvreg.datasets.base import ScanSource
 from mvreg.datasets.download import cache_folder, download
 from mvreg.errors import InputError
+from mvreg.geometry import se3
 from mvreg.io import read_points, read_poses
 from mvreg.parallel import in_threads
 from mvreg.types import Array, Scan, ScanSet

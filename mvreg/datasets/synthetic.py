@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mvreg import se3
 from mvreg.datasets.base import ScanSource
 from mvreg.errors import InputError
+from mvreg.geometry import se3
 from mvreg.types import Array, Scan, ScanSet
 
 #: Elevations of the sensor (degrees), one after another, over and over.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from mvreg import se3
 from mvreg.errors import InputError
+from mvreg.geometry import se3
 from mvreg.types import Array
 
 

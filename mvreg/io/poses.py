@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from mvreg import se3
 from mvreg.errors import InputError
+from mvreg.geometry import se3
 from mvreg.io.table import excerpt, is_number
 from mvreg.types import Array
 

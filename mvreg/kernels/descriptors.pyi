@@ -1,4 +1,4 @@
-from mvreg.types import Array, Indices
+from mvreg.geometry.arrays import Array, Indices
 
 class DescriptorTree:
     def __init__(self, rows: Array, owners: Indices) -> None: ...

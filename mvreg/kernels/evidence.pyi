@@ -1,8 +1,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from mvreg.geometry.arrays import Array, Indices
 from mvreg.kernels.tree import Tree
-from mvreg.types import Array, Indices
 
 class Rays:
     def __init__(

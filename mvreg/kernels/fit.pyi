@@ -1,5 +1,5 @@
+from mvreg.geometry.arrays import Array
 from mvreg.kernels.tree import Tree
-from mvreg.types import Array
 
 def fit(
     tree: Tree, samples: Array, axes: Array, count: int, ridge: float

@@ -1,5 +1,5 @@
+from mvreg.geometry.arrays import Array, Indices
 from mvreg.kernels.tree import Tree
-from mvreg.types import Array, Indices
 
 Pairs = tuple[Indices, Indices, Array, float, float]
 

@@ -24,7 +24,7 @@ from mvreg.kernels.tree cimport Tree
 import numpy as np
 
 cdef double ROUNDING = 1 - 1e-12
-# Levenberg's damping, and how many iterations without gain end a search: mvreg.stages.plane_icp.
+# Levenberg's damping, and how many iterations without gain end a search: mvreg.stages.refine.plane_base.
 cdef double DAMPING = 1e-3
 cdef int PATIENCE = 3
 # Poses that the acceleration remembers (5 in the authors' code), and what keeps it solvable.

@@ -3,8 +3,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from mvreg.geometry.arrays import Array, Indices
 from mvreg.kernels.tree import Tree
-from mvreg.types import Array, Indices
 
 class Patches:
     def __init__(

@@ -162,7 +162,7 @@ cdef inline void kabsch(
 
 
 cdef inline void exponential(const double* twist, double* motion) noexcept nogil:
-    """The motion of a twist (turn, shift), as `mvreg.se3.exp`."""
+    """The motion of a twist (turn, shift), as `mvreg.geometry.se3.exp`."""
     cdef double square = twist[0] * twist[0] + twist[1] * twist[1] + twist[2] * twist[2]
     cdef double angle = sqrt(square), first, second, third
     cdef double k[9]

@@ -1,5 +1,5 @@
+from mvreg.geometry.arrays import Array
 from mvreg.kernels.tree import Tree
-from mvreg.types import Array
 
 def moments(tree: Tree, keypoints: Array, radii: Array) -> tuple[Array, Array, Array]: ...
 def normals(tree: Tree, queries: Array, count: int) -> Array: ...

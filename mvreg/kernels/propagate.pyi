@@ -1,7 +1,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from mvreg.types import Array, Indices
+from mvreg.geometry.arrays import Array, Indices
 
 class Shape:
     def __init__(self, keypoints: Array, normals: Array, descriptors: Array) -> None: ...

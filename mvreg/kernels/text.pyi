@@ -1,6 +1,6 @@
 """Rows of decimal numbers, from bytes to float64."""
 
-from mvreg.types import Array
+from mvreg.geometry.arrays import Array
 
 def parse_rows(data: bytes, start: int, rows: int, columns: int) -> tuple[Array, int] | None:
     """Parse a clean table: one row a line, blanks between the numbers, and nothing else.

@@ -1,6 +1,6 @@
 from collections.abc import Sequence
 
-from mvreg.types import Array, Indices
+from mvreg.geometry.arrays import Array, Indices
 
 class Tree:
     data: Array

@@ -18,8 +18,8 @@ from mvreg.events import (
     ViewPlaced,
     ViewPrepared,
 )
-from mvreg.hookspecs import hookimpl
-from mvreg.observers.table import open_console, render
+from mvreg.plugins.hookspecs import hookimpl
+from mvreg.report.table import open_console, render
 
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID

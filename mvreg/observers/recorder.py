@@ -10,7 +10,6 @@ from typing import TextIO
 
 import numpy as np
 
-from mvreg import report_file
 from mvreg.errors import InputError
 from mvreg.events import (
     Event,
@@ -22,9 +21,10 @@ from mvreg.events import (
     ViewPlaced,
     ViewPrepared,
 )
-from mvreg.hookspecs import hookimpl
-from mvreg.observers.files import link_latest, write_result, write_text
-from mvreg.report import build_report, pair_seconds
+from mvreg.plugins.hookspecs import hookimpl
+from mvreg.report import json_file
+from mvreg.report.build import build_report, pair_seconds
+from mvreg.report.run_folder import link_latest, write_result, write_text
 from mvreg.types import Array, Pair, Result, ScanSet, View
 
 COLUMNS = (
@@ -146,7 +146,7 @@ class Recorder:
         write_result(self.folder, scanset, result)
         # Last, so that whoever sees it finds the rest complete.
         file = self.folder / "result.json"
-        write_text(file, report_file.dumps(report))
+        write_text(file, json_file.dumps(report))
         self._run = None  # an interruption from now on takes nothing away
         if self.link:
             link_latest(self.folder)

@@ -9,7 +9,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from mvreg import contracts, se3
+from mvreg import contracts
+from mvreg.geometry import se3
 from mvreg.testing.base import StageContract
 from mvreg.testing.refine import nudge
 from mvreg.testing.results import assert_result, misplacement

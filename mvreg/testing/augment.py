@@ -7,8 +7,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from mvreg import contracts, se3
-from mvreg.nearest import build_tree, mean_spacing
+from mvreg import contracts
+from mvreg.geometry import se3
+from mvreg.geometry.nearest import build_tree, mean_spacing
 from mvreg.testing.base import StageContract
 from mvreg.testing.compare import assert_finite, assert_unit, case, sorted_rows
 from mvreg.testing.views import (

@@ -13,7 +13,7 @@ import numpy as np
 from omegaconf import OmegaConf
 
 from mvreg.contracts import KINDS
-from mvreg.registry import check
+from mvreg.plugins.registry import check
 from mvreg.testing.compare import case, digest
 
 

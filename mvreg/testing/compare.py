@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mvreg import se3
+from mvreg.geometry import se3
 from mvreg.types import Array, Indices
 
 

@@ -7,8 +7,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from mvreg import contracts, se3
+from mvreg import contracts
 from mvreg.datasets.base import Order, ScanSource
+from mvreg.geometry import se3
 from mvreg.testing.base import StageContract
 from mvreg.testing.compare import assert_finite, assert_rigid
 from mvreg.types import Scan, ScanSet

@@ -7,8 +7,9 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
-from mvreg import contracts, se3
-from mvreg.nearest import build_tree
+from mvreg import contracts
+from mvreg.geometry import se3
+from mvreg.geometry.nearest import build_tree
 from mvreg.testing.base import StageContract
 from mvreg.testing.compare import assert_finite, assert_unit
 from mvreg.testing.scans import RADIUS, blob_scans, degenerate_points

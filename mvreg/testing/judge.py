@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from mvreg import contracts, se3
-from mvreg.stages.refine import TrimmedICP
+from mvreg import contracts
+from mvreg.geometry import se3
+from mvreg.stages.refine.trimmed import TrimmedICP
 from mvreg.testing.base import StageContract
 from mvreg.testing.compare import case
 from mvreg.testing.views import (

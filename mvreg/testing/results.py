@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from mvreg import se3
+from mvreg.geometry import se3
 from mvreg.testing.compare import apart, assert_rigid
 from mvreg.types import Array, Pair, Result, Verdict, View
 

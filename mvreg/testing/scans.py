@@ -11,7 +11,7 @@ from functools import cache
 
 import numpy as np
 
-from mvreg import se3
+from mvreg.geometry import se3
 from mvreg.testing.compare import locked
 from mvreg.types import Array, Scan, ScanSet
 

@@ -8,8 +8,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from mvreg import contracts, se3
+from mvreg import contracts
 from mvreg.events import Event
+from mvreg.geometry import se3
 from mvreg.testing.base import StageContract
 from mvreg.testing.compare import digest
 from mvreg.testing.results import assert_result, misplacement

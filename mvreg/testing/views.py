@@ -8,16 +8,16 @@ from typing import TypeVar
 
 import numpy as np
 
-from mvreg import se3
-from mvreg.nearest import mean_spacing
+from mvreg.geometry import se3
+from mvreg.geometry.nearest import mean_spacing
 from mvreg.pipeline import Pipeline
-from mvreg.stages.augment import MergeAugment
-from mvreg.stages.describe import SpectrumDescribe
-from mvreg.stages.downsample import PaperDownsample
-from mvreg.stages.judge import PointToPlaneJudge
-from mvreg.stages.propagate import ConsensusPropagate
-from mvreg.stages.refine import TrimmedICP
-from mvreg.stages.seed import NearestSeed
+from mvreg.stages.augment.merge import MergeAugment
+from mvreg.stages.describe.spectrum import SpectrumDescribe
+from mvreg.stages.downsample.sampling import PaperDownsample
+from mvreg.stages.judge.residual import PointToPlaneJudge
+from mvreg.stages.propagate.consensus import ConsensusPropagate
+from mvreg.stages.refine.trimmed import TrimmedICP
+from mvreg.stages.seed.nearest import NearestSeed
 from mvreg.testing.compare import locked
 from mvreg.testing.scans import blob_scans, degenerate_points
 from mvreg.types import Array, Features, Indices, Registration, Scale, Scan, View

@@ -7,19 +7,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mvreg import plugins, se3
 from mvreg.contracts import KINDS
 from mvreg.datasets.folder import Folder
 from mvreg.datasets.mixture import Mixture
 from mvreg.datasets.spoilt import Spoilt
 from mvreg.datasets.stanford import Stanford
 from mvreg.datasets.synthetic import Figurine, Tiny
+from mvreg.geometry import se3
 from mvreg.io import write_ply
-from mvreg.stages.describe import EigenvaluesDescribe
+from mvreg.plugins import manager
+from mvreg.stages.describe.spectrum import EigenvaluesDescribe
 from mvreg.testing import SUITES
 from mvreg.testing.views import SMALL
 
-CORE = {key: stage for key, stage in plugins.stages().items() if stage.plugin == "mvreg"}
+CORE = {key: stage for key, stage in manager.stages().items() if stage.plugin == "mvreg"}
 
 SPHERE = "tiny views=2 points=300 shape=sphere"
 #: Stages whose defaults are not what the suites' small scans ask for, or that need something.

@@ -8,19 +8,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mvreg import se3
 from mvreg.datasets.base import ScanSource
-from mvreg.normals import Orient
-from mvreg.stages.adjust import NoAdjust
-from mvreg.stages.augment import ConcatAugment, MergeAugment
-from mvreg.stages.cells import voxel_centroids
-from mvreg.stages.describe import SpectrumDescribe
-from mvreg.stages.downsample import PaperDownsample
-from mvreg.stages.judge import PointToPlaneJudge
-from mvreg.stages.propagate import ConsensusPropagate
-from mvreg.stages.refine import ICP, TrimmedICP
-from mvreg.stages.seed import NearestSeed
-from mvreg.stages.strategy import GrowStrategy
+from mvreg.geometry import se3
+from mvreg.stages.adjust.none import NoAdjust
+from mvreg.stages.augment.merge import ConcatAugment, MergeAugment
+from mvreg.stages.describe.spectrum import SpectrumDescribe
+from mvreg.stages.downsample.sampling import PaperDownsample
+from mvreg.stages.downsample.voxels import voxel_centroids
+from mvreg.stages.judge.residual import PointToPlaneJudge
+from mvreg.stages.propagate.consensus import ConsensusPropagate
+from mvreg.stages.refine.trimmed import ICP, TrimmedICP
+from mvreg.stages.seed.nearest import NearestSeed
+from mvreg.stages.strategy.grow import GrowStrategy
+from mvreg.surface.normals import Orient
 from mvreg.testing import SUITES
 from mvreg.types import Candidates, Features, Matches, Sample, Scan, ScanSet, Verdict
 

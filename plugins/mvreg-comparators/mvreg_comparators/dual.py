@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mvreg import se3
 from mvreg.errors import InputError
-from mvreg.stages.judge import length_read_as_one
-from mvreg.stages.refine import TrimmedICP
+from mvreg.geometry import se3
+from mvreg.stages.judge.residual import length_read_as_one
+from mvreg.stages.refine.trimmed import TrimmedICP
 from mvreg.types import Array, Registration, Verdict, View
 
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mvreg import se3
-from mvreg.stages.judge import TmseJudge
+from mvreg.geometry import se3
+from mvreg.stages.judge.residual import TmseJudge
 from mvreg.types import Array, Pair, Registration, Result, View
 from mvreg_comparators.dual import DualCriterion
 

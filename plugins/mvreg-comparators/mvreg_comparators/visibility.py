@@ -15,10 +15,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mvreg import se3
 from mvreg.errors import InputError
-from mvreg.sensor import RangeImage, Sensor
-from mvreg.stages.judge import looseness
+from mvreg.geometry import se3
+from mvreg.stages.judge.residual import looseness
+from mvreg.surface.range_image import RangeImage, Sensor
 from mvreg.types import Array, Registration, Verdict, View
 
 #: A view, and what its sensor saw; None where nothing is known of that.

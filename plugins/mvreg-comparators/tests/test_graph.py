@@ -1,7 +1,7 @@
 import numpy as np
 from mvreg_comparators.graph import Edge, crossing, poses_from
 
-from mvreg import se3
+from mvreg.geometry import se3
 
 
 def truth(count=5):

@@ -7,7 +7,8 @@ from mvreg_comparators.spant import SpanningTreeStrategy
 from trees import Trusting, blobs, knowing, off, truth, turned
 
 import mvreg
-from mvreg import events, se3
+from mvreg import events
+from mvreg.geometry import se3
 from mvreg.testing import StrategyContract, overlap
 from mvreg.testing.views import registration
 from mvreg.types import Verdict

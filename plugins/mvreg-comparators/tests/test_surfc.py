@@ -9,9 +9,11 @@ from mvreg_comparators.visibility import VisibilityJudge
 from trees import blobs, knowing, off, truth, turned
 
 import mvreg
-import mvreg.sensor
-from mvreg import config, events, se3
-from mvreg.plugins import stages
+import mvreg.surface.range_image
+from mvreg import events
+from mvreg.config import compose
+from mvreg.geometry import se3
+from mvreg.plugins.manager import stages
 from mvreg.testing import StrategyContract, overlap, pipeline
 from mvreg.testing.views import registration
 
@@ -35,12 +37,12 @@ def test_it_is_installed_under_its_name():
 
 @pytest.mark.parametrize("name", ["surfc", "spant"])
 def test_the_presets_spell_out_every_choice(name):
-    composed = config.compose([f"+method={name}"])
-    found = config.stages_from(composed)
+    composed = compose.compose([f"+method={name}"])
+    found = compose.stages_from(composed)
     assert composed.method == name
     assert type(found["strategy"]) is mvreg_comparators.mvreg_stages()[f"strategy/{name}"]
-    changed = config.compose([f"+method={name}", "judge=point_to_plane"])
-    assert type(config.stages_from(changed)["judge"]).__name__ == "PointToPlaneJudge"
+    changed = compose.compose([f"+method={name}", "judge=point_to_plane"])
+    assert type(compose.stages_from(changed)["judge"]).__name__ == "PointToPlaneJudge"
 
 
 def test_every_pair_is_registered_once():
@@ -99,7 +101,7 @@ def test_a_planted_wrong_edge_is_caught_by_the_global_test(planted):
 def test_without_sensors_the_global_test_has_no_say(planted):
     views = [replace(view, scan=replace(view.scan, view_direction=None)) for view in blobs(4)]
     assert off(run(views, planted), 4) < 0.1  # an estimated direction will do
-    known = replace(SURFC, sensor=mvreg.sensor.Sensor.known)
+    known = replace(SURFC, sensor=mvreg.surface.range_image.Sensor.known)
     assert off(run(views, planted, known), 4) > 100
 
 

@@ -5,7 +5,7 @@ import pytest
 from mvreg_fpfh import FpfhDescribe
 
 import mvreg
-from mvreg.plugins import stages
+from mvreg.plugins.manager import stages
 from mvreg.testing import DescribeContract
 
 

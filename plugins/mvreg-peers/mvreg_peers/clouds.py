@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mvreg import se3
-from mvreg.nearest import median_spacing
+from mvreg.geometry import se3
+from mvreg.geometry.nearest import median_spacing
 from mvreg.types import Array, View
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mvreg import se3
+from mvreg.geometry import se3
 from mvreg.types import Array, Verdict
 
 

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from mvreg import se3
 from mvreg.errors import InputError, PluginError, check_positive
+from mvreg.geometry import se3
 from mvreg.pipeline import Pipeline
 from mvreg.types import Array, Result, Verdict, View
 from mvreg_peers.clouds import Cloud, clouds_of

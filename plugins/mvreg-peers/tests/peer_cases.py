@@ -13,7 +13,7 @@ from mvreg_peers.threads import copies_of_tbb, threads_allowed
 
 import mvreg
 from mvreg import events
-from mvreg.evaluate import PoseErrors, pose_errors
+from mvreg.evaluation.pose_errors import PoseErrors, pose_errors
 from mvreg.testing import StrategyContract, blob_views
 from mvreg.testing.compare import digest
 from mvreg.testing.views import degenerate_views, pipeline

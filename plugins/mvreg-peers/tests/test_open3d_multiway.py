@@ -8,7 +8,7 @@ from mvreg_peers.open3d_multiway import Open3dMultiwayStrategy
 from peer_cases import PeerContract, assert_repeatable, bunny, errors_of
 
 import mvreg
-from mvreg import se3
+from mvreg.geometry import se3
 from mvreg.types import Array, Verdict
 
 

@@ -11,8 +11,8 @@ from mvreg_peers.graph import Edge, spanning_tree
 from mvreg_peers.threads import copies_of_tbb, one_thread, threads_allowed
 
 import mvreg
-from mvreg import se3
-from mvreg.nearest import mean_spacing
+from mvreg.geometry import se3
+from mvreg.geometry.nearest import mean_spacing
 from mvreg.testing import blob_views
 from mvreg.testing.compare import apart
 from mvreg.testing.views import degenerate_views

@@ -1,0 +1,1 @@
+"""Time, memory and growth, of mvreg and of its peers."""

@@ -1,0 +1,121 @@
+"""Fit the probability of `mvreg.evidence` to poses known to be right or wrong.
+
+A logistic regression with a ridge on few features, each of which may only count one way: more
+overlap never speaks against a pose, more violation never for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mvreg.types import Array
+
+Flags = NDArray[np.bool_]
+
+#: Which way each feature may count, in the order of `mvreg.evidence.calibration.FEATURES`.
+SIGNS = (1, -1, -1, 1, -1, -1)
+#: No piece of evidence counts less than this: what right and wrong poses of these sets happen not
+#: to differ in, others may.
+LEAST = (0.5, 0.5, 0.5, 0.25, 0.5, 0.5)
+#: Strength of the ridge, half of it times the squared weights is added to the mean log loss. Right
+#: and wrong are all but separable, so that without one the probabilities would be 0 and 1.
+RIDGE = 0.002
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """Poses of one group: `features` (P, F), and which are `right` (P,)."""
+
+    features: Array
+    right: Flags
+
+
+def fit(samples: Sequence[Sample], centre: Array, without: Sequence[int] = ()) -> Array:
+    """Intercept and weights (1 + F,) that make right poses of all samples probable.
+
+    Every sample counts the same, however many poses it has.
+
+    Parameters
+    ----------
+    samples : sequence of Sample
+    centre : (F,) array
+        Subtracted from the features.
+    without : sequence of int
+        Positions of features that must not count.
+    """
+    from scipy.optimize import minimize
+
+    features = np.concatenate([sample.features for sample in samples]) - centre
+    right = np.concatenate([sample.right for sample in samples])
+    sign = np.where(right, 1.0, -1.0)
+    weight = np.concatenate([np.full(len(s.right), 1 / len(s.right)) for s in samples])
+    weight /= weight.sum()
+    design = np.hstack([np.ones((len(features), 1)), features])
+
+    def loss(weights: Array) -> tuple[float, Array]:
+        margin = sign * (design @ weights)
+        value = weight @ np.logaddexp(0, -margin)
+        slope = design.T @ (-weight * sign / (1 + np.exp(np.clip(margin, -500, 500))))
+        ridge = RIDGE / 2 * (weights[1:] ** 2).sum()
+        slope[1:] += RIDGE * weights[1:]
+        return float(value + ridge), slope
+
+    bounds: list[tuple[float | None, float | None]] = [(None, None)]
+    for index, (direction, least) in enumerate(zip(SIGNS, LEAST, strict=True)):
+        limits = (least, None) if direction > 0 else (None, -least)
+        bounds.append((0.0, 0.0) if index in without else limits)
+    start = np.append(0.0, np.array(SIGNS, dtype=float))
+    start[[1 + index for index in without]] = 0.0
+    found = minimize(loss, start, jac=True, method="L-BFGS-B", bounds=bounds)
+    weights: Array = found.x
+    return weights
+
+
+def predict(weights: Array, features: Array, centre: Array) -> Array:
+    """Probabilities (P,) of features (P, F)."""
+    score = weights[0] + (features - centre) @ weights[1:]
+    chances: Array = 1 / (1 + np.exp(-np.clip(score, -30, 30)))
+    return chances
+
+
+def objects(group: str) -> set[str]:
+    """The objects of a group of scans: ``{"bunny", "dragon"}`` of ``"bunny~noise+dragon"``."""
+    return {name.partition("~")[0] for name in group.split("+")}
+
+
+def cross_validated(
+    samples: Mapping[str, Sample],
+    asked: Mapping[str, Array],
+    centre: Array,
+    without: Sequence[int] = (),
+) -> dict[str, Array]:
+    """Probabilities of each group's features `asked` (P, F), fitted to other objects' samples."""
+    found = {}
+    for group, features in asked.items():
+        others = [
+            one for name, one in samples.items()
+            if not objects(name) & objects(group) and len(one.right)
+        ]  # fmt: skip
+        if any(other.right.any() for other in others):
+            found[group] = predict(fit(others, centre, without), features, centre)
+    return found
+
+
+def reliability(chances: Array, right: Flags, edges: Array) -> list[tuple[float, float, int]]:
+    """Of the poses between each two edges: mean probability, share that is right, how many.
+
+    Bins without poses are left out.
+    """
+    found = []
+    bins = np.clip(np.searchsorted(edges, chances, side="right") - 1, 0, len(edges) - 2)
+    for index in range(len(edges) - 1):
+        inside = bins == index
+        if inside.any():
+            found.append(
+                (float(chances[inside].mean()), float(right[inside].mean()), int(inside.sum()))
+            )
+    return found

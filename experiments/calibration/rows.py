@@ -1,0 +1,75 @@
+"""What the evidence says of the poses of `evidence_poses`, kept in files."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from rich.progress import track
+
+from experiments.calibration.poses import Pose, cached, with_truth
+from experiments.calibration.scenes import scene
+from mvreg.evidence.calibration import features
+from mvreg.evidence.pooled import Meeting, weigh
+from mvreg.types import Array
+
+
+@dataclass(frozen=True)
+class Row:
+    """One pose, whether it is right, and what is measured of it; see `mvreg.evidence.Evidence`."""
+
+    source: str
+    target: str
+    kind: str
+    right: bool
+    true_overlap: float
+    angle: float | None
+    shift: float | None
+    overlap: float
+    residual: float
+    noise: float
+    agreement: float
+    violation: float | None
+    sensor: str
+    stability: float
+    pull: float
+    points: int
+
+    @property
+    def features(self) -> Array:
+        """What the probability is made of."""
+        return features(
+            self.overlap, self.residual, self.noise, self.agreement, self.violation, self.pull
+        )
+
+
+def measure(group: str, blind: bool, folder: Path) -> list[Row]:
+    """Weigh all poses of a group; `blind` hides the sensors, and adds poses found without them."""
+    poses: list[Pose] = list(cached(group, blind=False, folder=folder / "poses"))
+    if blind and (folder / "poses" / f"{group}-blind.json").is_file():
+        poses += cached(group, blind=True, folder=folder / "poses")
+    found = scene(group, blind)
+    rows = []
+    for pose in track(with_truth(found, poses), description=f"weigh {group}"):
+        evidence = weigh([Meeting(found.views[pose.source], found.views[pose.target], pose.matrix)])
+        rows.append(
+            Row(
+                pose.source, pose.target, pose.kind, pose.right, pose.true_overlap, pose.angle,
+                pose.shift, **asdict(evidence),
+            )
+        )  # fmt: skip
+    return rows
+
+
+def rows_of(group: str, blind: bool, folder: Path) -> Sequence[Row]:
+    """The rows of a group, from their file where it is, else measured now."""
+    file = folder / "rows" / f"{group}{'-blind' if blind else ''}.json"
+    if not file.is_file():
+        file.parent.mkdir(parents=True, exist_ok=True)
+        unfinished = file.with_suffix(".part")
+        rows = [asdict(row) for row in measure(group, blind, folder)]
+        unfinished.write_text(json.dumps({"rows": rows}, allow_nan=False), "utf-8")
+        unfinished.replace(file)
+    return [Row(**row) for row in json.loads(file.read_text("utf-8"))["rows"]]

@@ -1,0 +1,1 @@
+"""One function at a time, beside its reference: benchmarks by pytest-benchmark."""

@@ -1,0 +1,153 @@
+"""Turn the experiments' runs into Markdown tables and figures.
+
+    python -m experiments.report.build
+
+Run again on the same runs, it writes the same files.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from experiments.common.runs import ROOT, Run, planned
+from experiments.common.sources import sources
+from experiments.report import bench_page, outcomes
+from experiments.report.pages import PAGES, Page
+from experiments.report.printed import SOURCE
+from experiments.report.robust_pages import ROBUST, RobustPage
+from experiments.report.tables import gaps, jobs, table
+
+RESULTS = Path(__file__).resolve().parents[1] / "results"
+IMAGES = (".svg", ".png")
+#: What ``floor.py`` writes; what is made of the runs of ``bench.py``, where there are any; and what
+#: was written by hand of profiles.
+FLOOR, BENCH, PROFILE = "floor.md", "bench.md", "profile.md"
+
+LEGEND = """\
+`false`: scans placed more than 5 degrees off the truth. e_R: mean Frobenius norm of the rotations'
+errors, e_t: mean error of the translations, both in the frame of the reference scan, which counts
+with zero; \\* where scans are missing from it. `time`: without loading. `consistency`: RMS
+point-to-plane distance between the placed surfaces, in resolutions of the down-sampled scans, where
+no truth is needed. `printed`: in the paper; `ratio`: ours to that."""
+
+ROBUST_LEGEND = """\
+`right`: scans within 2 degrees and 5 mm of the truth beside the others of their object; `falsely`:
+scans in one frame with others, in a wrong relative pose or beside another object; `not placed`:
+left over, or alone in a frame. Every partial model counts. `pairs / N`: pairs attempted for each
+scan; e_R, e_t: mean errors in the frame of the reference scan; of all three the median over the
+runs, \\* where scans are missing from an error. `confidence`: the least and the greatest that the
+results state for scans placed right, and `of the false`."""
+
+
+def main(root: Path = ROOT, out: Path = RESULTS, figures: bool = True) -> None:
+    """Write a page for each experiment, a table of contents, and the figures.
+
+    Parameters
+    ----------
+    root : Path
+        The experiments' folders.
+    out : Path
+        Where to write.
+    figures : bool
+        Also draw the figures.
+    """
+    out.mkdir(parents=True, exist_ok=True)
+    if figures:
+        from experiments.report.figures import draw_all
+
+        draw_all(root, out)
+    contents = []
+    for name, page in PAGES.items():
+        found = planned(name, root)
+        lines = text(name, page, found, out)
+        contents.append(written(out / f"{name}.md", page.title, lines, found))
+    for name, robust in ROBUST.items():
+        parts = {each: planned(each, root) for each in robust.experiments}
+        lines = robust_text(name, robust, parts, out)
+        found = [run for part in parts.values() for run in part]
+        contents.append(written(out / f"{name}.md", robust.title, lines, found))
+    measured = bench_page.write(root.parent / "bench" / "bench.json", out, figures)
+    if measured is not None:
+        sys.stdout.write(f"{out / BENCH}: {measured} runs\n")
+    if (out / BENCH).is_file():
+        contents.append(f"| [{bench_page.TITLE}]({BENCH}) | |")
+    if (out / PROFILE).is_file():
+        contents.append(f"| [Where the time goes]({PROFILE}) | |")
+    if (out / FLOOR).is_file():
+        contents.append(f"| [How far the truth can be trusted]({FLOOR}) | |")
+    (out / "README.md").write_text("\n".join(overview(contents)) + "\n", "utf-8")
+
+
+def written(file: Path, title: str, lines: Sequence[str], found: Sequence[Run]) -> str:
+    """Write a page, and return its line in the table of contents."""
+    file.write_text("\n".join(lines) + "\n", "utf-8")
+    there = sum(run.report is not None for run in found)
+    sys.stdout.write(f"{file}: {there} of {len(found)} jobs have a result\n")
+    return f"| [{title}]({file.name}) | {there} of {len(found)} |"
+
+
+def overview(contents: Sequence[str]) -> list[str]:
+    """The page that leads to the others."""
+    return [
+        "# Results",
+        "",
+        f"Made by `make report`; the printed figures are those of {SOURCE}.",
+        "[How to repeat it](../README.md).",
+        "",
+        "| experiment | jobs with a result |",
+        "| --- | ---: |",
+        *contents,
+    ]
+
+
+def text(name: str, page: Page, found: Sequence[Run], out: Path) -> list[str]:
+    """The lines of one page."""
+    rows = jobs(found, list(page.labels), page.base, page.printed)
+    lines = [f"# {page.title}", "", page.text, "", f"`python -m mvreg -m +experiment={name}`", ""]
+    lines += [*table(rows, page.labels, page.timed), "", LEGEND]
+    if any(job.printed for job in rows) and (out / FLOOR).is_file():
+        lines += [
+            "",
+            f"Below some errors they measure the truth, not the method: [{FLOOR}]({FLOOR}).",
+        ]
+    claims = [str(claim) for claim in page.check(found, page.printed)]
+    if page.remarks and any("does not hold" in claim for claim in claims):
+        claims += ["", page.remarks]
+    lines += section("Claims", claims)
+    lines += section("Without a result", gaps(rows))
+    lines += section("Figures", pictures(name, out))
+    return lines + section("Measured", sources(found))
+
+
+def robust_text(
+    name: str, page: RobustPage, parts: Mapping[str, Sequence[Run]], out: Path
+) -> list[str]:
+    """The lines of a page on robustness, whose runs are of one or several experiments."""
+    found = outcomes.rows(parts, page.labels)
+    lines = [f"# {page.title}", "", page.text, ""]
+    lines += [f"- `python -m mvreg -m +experiment={each}`" for each in parts]
+    heads = list(page.labels.values())
+    lines += ["", *outcomes.table(found, page.experiments, heads, page.errors), "", ROBUST_LEGEND]
+    lines += section("Bars", page.bars(found))
+    lines += section("Claims", [str(claim) for claim in page.check(found)])
+    lines += section("False placements", outcomes.false_placements(found))
+    lines += section("Without a result", outcomes.gaps(found))
+    lines += section("Figures", pictures(name, out))
+    return lines + section("Measured", sources([run for part in parts.values() for run in part]))
+
+
+def section(title: str, lines: Sequence[str]) -> list[str]:
+    """A heading and what stands below it; nothing if that is nothing."""
+    return ["", f"## {title}", "", *lines] if lines else []
+
+
+def pictures(name: str, out: Path) -> list[str]:
+    """The figures of an experiment: files whose name begins with its own."""
+    files = [file for file in sorted(out.glob(f"{name}*")) if file.suffix in IMAGES]
+    return [f"![{file.stem.replace('_', ' ')}]({file.name})" for file in files]
+
+
+if __name__ == "__main__":
+    main()

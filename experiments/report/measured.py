@@ -1,0 +1,73 @@
+"""The few numbers of a job that figures draw."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from experiments.common.runs import Run
+
+
+@dataclass(frozen=True)
+class Measured:
+    """One job: `pairs` attempted, `seconds` taken, and of `total` scans so many placed.
+
+    `rotation` and `translation` are e_R and e_t.
+
+    Every number is NaN where there is none; `word` then says why in two or three words.
+    """
+
+    pairs: float = math.nan
+    seconds: float = math.nan
+    rotation: float = math.nan
+    translation: float = math.nan
+    placed: int = 0
+    total: int = 0
+    word: str = "not run"
+
+    @property
+    def complete(self) -> bool:
+        """Whether every scan was placed."""
+        return self.total > 0 and self.placed == self.total
+
+
+def measured(run: Run) -> Measured:
+    """What a job says of itself."""
+    report = run.report
+    if report is None:
+        return Measured(word=reason(run.error))
+    errors: Mapping[str, Mapping[str, float]] = report["errors"] or {}
+    mean = errors.get("mean", {})
+    apart = sum(len(each["poses"]) for each in report.get("components", []))
+    return Measured(
+        pairs=float(report["num_pairs"]),
+        seconds=float(report["seconds"]["total"]),
+        rotation=float(mean.get("rotation", math.nan)),
+        translation=float(mean.get("translation", math.nan)),
+        placed=len(report["poses"]),
+        total=len(report["poses"]) + apart + len(report["unregistered"]),
+        word="",
+    )
+
+
+def reason(error: str | None) -> str:
+    """A job's error in the few words that a panel has room for."""
+    known = (
+        "not on this machine", "not installed", "is not registered", "interrupted", "cut short",
+        "not run",
+    )  # fmt: skip
+    found = next((words for words in known if words in (error or "")), "failed")
+    return "not installed" if found == "is not registered" else found
+
+
+def by_dataset(runs: Iterable[Run]) -> dict[str, dict[str, Run]]:
+    """The jobs of a table: first data sets, then methods, both in the order they come in.
+
+    Of several jobs of one method and data set the first counts, the one that was planned.
+    """
+    table: dict[str, dict[str, Run]] = {}
+    for run in runs:
+        methods = table.setdefault(run.value("dataset"), {})
+        methods.setdefault(run.value("method"), run)
+    return table

@@ -1,0 +1,1 @@
+"""The command line: what the words typed after ``mvreg`` do."""

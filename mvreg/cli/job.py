@@ -1,0 +1,69 @@
+"""A job of the command line: run what a configuration asks for, and keep it in a folder."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mvreg.events import Event, RunFinished, RunStarted
+from mvreg.parallel import quick_turns
+from mvreg.plugins import manager
+from mvreg.run import method_from, run
+from mvreg.types import Result, ScanSet
+
+if TYPE_CHECKING:
+    from omegaconf import DictConfig
+
+
+def run_job(config: DictConfig, folder: Path) -> Result:
+    """Run what a composed configuration asks for, and keep it in `folder`.
+
+    Interrupted, it leaves what was finished: pairs, and a partial result.
+    """
+    from omegaconf import OmegaConf
+
+    from mvreg.config.compose import stage_from
+    from mvreg.observers.console import Console
+    from mvreg.observers.recorder import Recorder
+    from mvreg.observers.rerun.observer import RerunObserver
+    from mvreg.report.build import build_report
+    from mvreg.report.json_file import load_report
+    from mvreg.report.table import render
+
+    quick_turns()
+    plain: dict[str, Any] = OmegaConf.to_container(config, resolve=True, enum_to_str=True)  # type: ignore[assignment]
+    method = method_from(config)
+    start = time.perf_counter()
+    scanset: ScanSet = stage_from(config, "dataset")(np.random.default_rng(config.rng))
+    loading = time.perf_counter() - start
+    recorder, console = Recorder(folder), Console()
+    extra: list[RerunObserver] = [RerunObserver(folder / "run.rrd")] if config.rerun else []
+
+    def emit(event: Event) -> None:
+        recorder.mvreg_event(event)  # not as an observer, which may fail: this is the result
+        manager.emit(event)
+
+    try:
+        with manager.observing(console, *extra):
+            emit(RunStarted(scanset, method.name, folder))
+            rng = np.random.default_rng(config.rng)
+            result, views, seconds = run(scanset.scans, method, rng, emit)
+            seconds["load"] = loading
+            report = build_report(
+                scanset, views, result, method=method.name, rng=config.rng, seconds=seconds,
+                config=plain,
+            )  # fmt: skip
+            emit(RunFinished(scanset, result, report))
+        return result
+    except KeyboardInterrupt:
+        finished = recorder.finish_interrupted(config.rng, plain)
+        console.close()
+        if finished is not None:
+            render(load_report(finished), folder)
+        raise
+    finally:
+        for close in (recorder.close, console.close, *(observer.close for observer in extra)):
+            close()

@@ -1,0 +1,200 @@
+"""The command line: a Hydra run, and the words `plugins` and `inspect`.
+
+Exit codes: 0 every scan placed in one model, 3 some not, 2 wrong input, 1 a bug, 130 Ctrl-C. A
+sweep ends with the worst of its runs' codes.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+import tempfile
+import traceback
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TextIO
+
+from mvreg.errors import MvregError
+
+if TYPE_CHECKING:
+    from omegaconf import DictConfig
+
+DONE, NOT_PLACED, WRONG_INPUT, BUG, INTERRUPTED = 0, 3, 2, 1, 130
+SEVERITY = (DONE, NOT_PLACED, WRONG_INPUT, BUG, INTERRUPTED)  # from good to bad
+#: Names the file to which every job of a run adds its exit code; Hydra passes no results back, and
+#: some launchers start processes of their own, which inherit the environment.
+CODES = "MVREG_EXIT_CODES"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line, and return the exit code.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        What follows the program's name; from `sys.argv` if not given.
+    """
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    debug = any(word.lstrip("+").lower() == "debug=true" for word in words)
+    with warnings.catch_warnings():
+        warnings.showwarning = show_warning
+        try:
+            return guarded(lambda: dispatch(words), debug)
+        except KeyboardInterrupt:
+            say("interrupted")
+            return INTERRUPTED
+
+
+def dispatch(words: list[str]) -> int:
+    """Do what the first word says."""
+    from mvreg.cli import listing
+
+    if words[:1] != ["plugins"] and words[:1] != ["inspect"] and {"-h", "--help"} & set(words):
+        return listing.usage()
+    if "--version" in words:
+        return listing.version()
+    if words[:1] == ["plugins"]:
+        return listing.plugins(words[1:])
+    if words[:1] == ["inspect"]:
+        return listing.inspect(words[1:])
+    return run_hydra(words)
+
+
+def guarded(action: Callable[[], int], debug: bool) -> int:
+    """Call `action`; what it raises becomes one message and an exit code."""
+    try:
+        return action()
+    except SystemExit as stop:  # argparse, for --help and for wrong options
+        return stop.code if isinstance(stop.code, int) else DONE if stop.code is None else BUG
+    except BrokenPipeError:  # as in `mvreg plugins | head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return DONE
+    except Exception as error:
+        if debug:
+            traceback.print_exc()
+        known = wrong_input(error) is not None
+        advice = "" if debug or known else "; run again with debug=true to see the traceback"
+        say(f"error: {message(error)}{advice}")
+        return WRONG_INPUT if known else BUG
+
+
+def message(error: Exception) -> str:
+    """What is said of an error, in one line for most."""
+    bug = f"this is a bug in mvreg or a plugin: {type(error).__name__}: {error}"
+    return wrong_input(error) or bug
+
+
+def wrong_input(error: Exception) -> str | None:
+    """The message for an error that a person can act on, None for a bug."""
+    if isinstance(error, MvregError):
+        return str(error)
+    from hydra.errors import HydraException
+    from omegaconf.errors import OmegaConfBaseException
+
+    from mvreg.config.messages import explain
+
+    if isinstance(error, HydraException | OmegaConfBaseException):
+        return explain(error)
+    if isinstance(error, OSError):  # a folder that cannot be written, a full disk
+        return re.sub(r"^\[Errno \d+\] ", "", str(error)) or type(error).__name__
+    return None
+
+
+def run_hydra(words: list[str]) -> int:
+    """Let Hydra compose, and run one job or a sweep."""
+    import hydra
+
+    from mvreg.config.compose import VERSION_BASE
+    from mvreg.config.messages import explained
+    from mvreg.config.presets import CONFIG_PATH
+    from mvreg.config.store import registered
+
+    start: Callable[[], Any] = hydra.main(CONFIG_PATH, "config", VERSION_BASE)(job)
+    with collected_codes() as codes, arguments_for_hydra(words), registered(), explained():
+        start()
+    return max(codes, key=SEVERITY.index, default=DONE)
+
+
+@contextmanager
+def arguments_for_hydra(words: list[str]) -> Iterator[None]:
+    """Hydra reads `sys.argv`; and prints errors and exits unless asked for the full error."""
+    before = sys.argv
+    sys.argv = [before[0], *words]
+    try:
+        with variable("HYDRA_FULL_ERROR", "1"):
+            yield
+    finally:
+        sys.argv = before
+
+
+@contextmanager
+def variable(name: str, value: str) -> Iterator[None]:
+    """Set an environment variable for a while."""
+    before = os.environ.get(name)
+    os.environ[name] = value
+    try:
+        yield
+    finally:
+        del os.environ[name]
+        if before is not None:
+            os.environ[name] = before
+
+
+@contextmanager
+def collected_codes() -> Iterator[list[int]]:
+    """Collect the exit codes of the jobs started inside; the list is filled at the end."""
+    codes: list[int] = []
+    with tempfile.TemporaryDirectory(prefix="mvreg-") as folder:
+        file = Path(folder) / "codes"
+        with variable(CODES, str(file)):
+            yield codes
+        if file.exists():
+            codes += [int(line) for line in file.read_text().split()]
+
+
+def job(config: DictConfig) -> int:
+    """One run of a sweep, or the only one; its failure does not end the others."""
+    code = guarded(lambda: run(config), debug=bool(config.get("debug")))
+    if file := os.environ.get(CODES):
+        with Path(file).open("a") as codes:  # short appends do not mix
+            codes.write(f"{code}\n")
+    return code
+
+
+def run(config: DictConfig) -> int:
+    """Register the scans that the configuration names, unless that is done already."""
+    from hydra.core.hydra_config import HydraConfig
+
+    from mvreg.cli.job import run_job
+    from mvreg.cli.resume import finished, message_kept, told
+    from mvreg.config.compose import check
+
+    folder = Path(HydraConfig.get().runtime.output_dir)
+    if config.resume and (done := finished(folder, config)):
+        say(told(done, folder))
+        return NOT_PLACED if done["unregistered"] or done.get("components") else DONE
+    with message_kept(folder, message):
+        check(config)
+        result = run_job(config, folder)
+    return NOT_PLACED if result.unregistered or result.components else DONE
+
+
+def say(line: str) -> None:
+    """A line on standard error."""
+    sys.stderr.write(f"{line}\n")
+    sys.stderr.flush()
+
+
+def show_warning(
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: TextIO | None = None,
+    line: str | None = None,
+) -> None:
+    """A warning as one line, without the line of code that it came from."""
+    say(f"warning: {message}")

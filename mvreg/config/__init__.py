@@ -1,0 +1,1 @@
+"""Configurations: what Hydra is told, and the stages read back from it."""

@@ -1,0 +1,1 @@
+"""How good poses are: errors beside ground truth, and confidence without it."""

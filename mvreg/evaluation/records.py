@@ -1,0 +1,120 @@
+"""What is said of placed scans: records, one per scan and one per pair that overlaps."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from mvreg.evaluation.grade import Grade
+from mvreg.geometry import se3
+from mvreg.types import Array
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """How far a pose may be off by noise alone: `rotation` (degrees), `translation` (length).
+
+    Root mean squares over all directions, from `Result.covariances`; of the translation that of
+    the scan's own middle. It says nothing of poses that are wrong altogether.
+    """
+
+    rotation: float
+    translation: float
+
+    @classmethod
+    def of(cls, covariance: Array, pose: Array, points: Array) -> Uncertainty:
+        """The uncertainty of a pose from its covariance.
+
+        Parameters
+        ----------
+        covariance : (6, 6) array
+            Of the twist in ``exp(twist) @ T_model_scan``, rotation (radians) before translation.
+        pose : (4, 4) array
+            ``T_model_scan``.
+        points : (N, 3) array
+            Of the scan, in its frame.
+        """
+        middle = se3.apply(pose, points.mean(axis=0))
+        # A small twist (w, v) moves the middle c by v + w x c.
+        jacobian = np.hstack([-se3.skew(middle), np.eye(3)])
+        rotation = np.trace(covariance[:3, :3])
+        translation = np.trace(jacobian @ covariance @ jacobian.T)
+        return cls(
+            *np.sqrt(np.maximum([np.degrees(np.degrees(rotation)), translation], 0)).tolist()
+        )
+
+
+@dataclass(frozen=True)
+class LinkAssessment:
+    """Two placed scans that overlap.
+
+    Parameters
+    ----------
+    source, target : str
+    component : int
+        The partial model that they belong to, 1 for the reference's.
+    overlap : float
+        Share of the points of one that lie on the other; of the scan that is covered better.
+    rms : float
+        Root mean square point-to-plane distance there (length).
+    confidence : float
+        Probability that their relative pose is right, by what these two scans alone show.
+    """
+
+    source: str
+    target: str
+    component: int
+    overlap: float
+    rms: float
+    confidence: float
+
+
+@dataclass(frozen=True)
+class ScanAssessment:
+    """One placed scan.
+
+    Parameters
+    ----------
+    name : str
+    component : int
+        The partial model that it belongs to, 1 for the reference's.
+    grade : Grade or None
+        None for a scan that is alone in its partial model, and so in its own frame.
+    confidence : float or None
+        Probability that its pose is right, by all its neighbours together; None where it has none.
+    reason : str
+        What speaks against the pose most, or that nothing does.
+    overlap : float
+        Share of its points that lie on any other scan of the partial model.
+    within : float or None
+        Share of the distances of those points, point to plane, that are within the tolerance.
+    rms : float or None
+        Root mean square of these distances (length).
+    balance : tuple of 3 floats
+        How well the overlap holds the scan along each axis of its own frame, from 0, free to slide,
+        to 1; see `balance_of`.
+    uncertainty : Uncertainty or None
+        None where the result has no covariance of the pose.
+    """
+
+    name: str
+    component: int
+    grade: Grade | None
+    confidence: float | None
+    reason: str
+    overlap: float
+    within: float | None
+    rms: float | None
+    balance: tuple[float, float, float]
+    uncertainty: Uncertainty | None = None
+
+
+@dataclass(frozen=True)
+class Assessment:
+    """Every placed scan by name, the pairs of them that overlap, and the tolerance (length)."""
+
+    tolerance: float
+    scans: Mapping[str, ScanAssessment]
+    links: tuple[LinkAssessment, ...]

@@ -1,0 +1,66 @@
+"""How much each piece of evidence counts; fitted by ``experiments/calibration/calibrate.py``."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mvreg.types import Array
+
+#: What the columns of `features` are.
+FEATURES = ("overlap", "residual", "misfit", "agreement", "violation", "pull")
+#: Intercept and weights, by what is known of the sensors: what the scans say, what their points
+#: tell (`mvreg.surface.sensor_direction`), nothing.
+WEIGHTS: dict[str, tuple[float, ...]] = {
+    "known": (1.90, 0.50, -1.58, -0.61, 0.25, -2.35, -1.84),
+    "estimated": (1.55, 0.50, -1.10, -0.80, 0.25, -2.18, -1.94),
+    "none": (1.89, 0.50, -1.32, -3.30, 0.25, 0.00, -1.39),
+}
+#: Shares are kept so far from 0 and 1, so that logarithms stay finite.
+LEAST_SHARE = 0.005
+#: More is no further evidence, and excuses no misfit: slides along smooth surfaces have as much.
+ENOUGH_OVERLAP, ENOUGH_AGREEMENT = 0.5, 0.95
+#: Fewer violations are chance, as at the edges of a scan, and count as so many.
+LEAST_VIOLATION = 0.02
+#: A pull much smaller than this is none (resolutions).
+LEAST_PULL = 0.25
+#: The centre of the features, so that the intercept says what balances.
+CENTRE = (0.0, 1.0, -1.0, 2.0, -3.0, -1.0)
+
+
+def features(
+    overlap: float,
+    residual: float,
+    noise: float,
+    agreement: float,
+    violation: float | None,
+    pull: float,
+) -> Array:
+    """What goes into the probability (6,): each grows with one thing that was measured.
+
+    Log odds of the overlap; logarithms of the residual over the noise floor and over the
+    resolution; log odds of the normals' agreement; logarithms of the violation and of the pull.
+    """
+    residual = max(residual, 1.0)  # better than the scans themselves is chance
+    misfit = max(residual * noise, 1e-3)
+    return np.array(
+        [
+            _logit(min(overlap, ENOUGH_OVERLAP)),
+            np.log(residual),
+            np.log(misfit),
+            _logit(min(agreement, ENOUGH_AGREEMENT)),
+            np.log(max(violation or 0.0, LEAST_VIOLATION)),
+            np.log(pull + LEAST_PULL),
+        ]
+    )
+
+
+def probability(values: Array, sensor: str) -> float:
+    """The probability of being right, given `features` (6,) and what is known of the sensors."""
+    intercept, *weights = WEIGHTS[sensor]
+    score = intercept + np.dot(weights, values - np.array(CENTRE))
+    return float(1 / (1 + np.exp(-np.clip(score, -30.0, 30.0))))
+
+
+def _logit(share: float) -> float:
+    share = min(max(share, LEAST_SHARE), 1 - LEAST_SHARE)
+    return float(np.log(share / (1 - share)))

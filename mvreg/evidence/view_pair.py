@@ -1,0 +1,205 @@
+"""What two range scans show of each other under a pose: counts and sums, ready to be pooled."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from mvreg.geometry.arrays import Flags
+from mvreg.kernels import evidence
+from mvreg.surface.overlap import LEAST_COSINE
+from mvreg.surface.range_image import RangeImage, Sensor
+from mvreg.types import Array, Indices, View
+
+#: Points asked per view: shares of so many are known to two per cent.
+MOST_POINTS = 1200
+#: Raw points that the noise floor of a scan is measured with.
+FLOOR_POINTS = 500
+#: Neighbours further apart than this are no overlap (resolutions).
+REACH = 2.0
+#: How far in front of a surface a point may be and still lie on it (resolutions).
+TOLERANCE = 2.0
+#: A point whose so-manieth neighbour is so many times farther than usual is not of the surface.
+COMPANY, STRAY = 4, 3.0
+#: How many of a sensor's rays answer for a point, and how near they must be (resolutions).
+RAYS, RAY_REACH = 4, 1.0
+#: No scan is trusted to be better than this (resolutions): synthetic ones may have no noise at all.
+LEAST_FLOOR = 0.03
+
+
+@dataclass(frozen=True, eq=False)
+class Witness:
+    """What one view brings to every meeting, made ready once.
+
+    Parameters
+    ----------
+    points, normals : (P, 3) arrays
+        Some of the view's points, evenly from its list.
+    image : RangeImage or None
+        What its sensor saw; None where nothing is known of that, nor can be told.
+    rays : Rays or None
+        Those of the image.
+    known : bool
+        Whether the scan itself says where its sensor was.
+    reach : float
+        Points further from the view's than this are not on its surface (length).
+    floor : float
+        Root mean square distance of the scan's own other points to the planes of the view: noise,
+        and what the surface curves between points (length).
+    centre, radius
+        Of a ball around the points: (3,) array and length.
+    """
+
+    points: Array
+    normals: Array
+    image: RangeImage | None
+    rays: evidence.Rays | None
+    known: bool
+    reach: float
+    floor: float
+    centre: Array
+    radius: float
+
+
+_witnesses: WeakKeyDictionary[View, Witness] = WeakKeyDictionary()
+
+
+def witness(view: View) -> Witness:
+    """The view made ready; remembered as long as the view lives."""
+    found = _witnesses.get(view)
+    if found is None:
+        found = _witnesses[view] = _prepare(view)
+    return found
+
+
+def _prepare(view: View) -> Witness:
+    reach = REACH * max(view.scale.resolution, view.resolution)
+    known = view.scan is not None and view.scan.knows_sensor
+    asked = _surface_points(view)
+    points = view.points[asked]
+    centre = points.mean(axis=0) if len(points) else np.zeros(3)
+    radius = float(np.sqrt(((points - centre) ** 2).sum(axis=1).max(initial=0.0)))
+    image = RangeImage.of(view, Sensor.estimated)
+    rays = None if image is None else image.rays(_ray_reach(view))
+    return Witness(
+        points, view.normals[asked], image, rays, known, reach,
+        max(_noise_floor(view, reach), LEAST_FLOOR * view.scale.resolution), centre, radius,
+    )  # fmt: skip
+
+
+def _ray_reach(view: View) -> float:
+    """How near a ray must be to answer for a point (length)."""
+    return RAY_REACH * max(view.scale.resolution, view.resolution)
+
+
+def _surface_points(view: View) -> Indices:
+    """Positions of some of the view's points, evenly from its list, less what strays alone."""
+    asked: Indices = np.arange(0, len(view.points), max(1, -(-len(view.points) // MOST_POINTS)))
+    if len(view.points) <= COMPANY:
+        return asked
+    distances, _ = view.tree.query(view.points[asked], k=[COMPANY + 1])
+    stray = distances[:, 0] > STRAY * np.median(distances)
+    kept: Indices = asked[~stray]
+    return kept
+
+
+def _noise_floor(view: View, reach: float) -> float:
+    """How far a scan's own other points are from the view's planes (RMS, length)."""
+    if len(view.points) < 2:
+        return 0.0
+    own = view.scan is None or len(view.scan.points) < 2 * len(view.points)
+    points = view.points if own or view.scan is None else view.scan.points
+    step = -(-len(points) // FLOOR_POINTS)
+    queries = points[step // 2 :: step]
+    distances, indices = view.tree.query(queries, k=2, distance_upper_bound=reach)
+    # A point that is itself one of the view's says nothing: its neighbour does.
+    same = distances[:, 0] <= 1e-6 * reach
+    distance = np.where(same, distances[:, 1], distances[:, 0])
+    index = np.where(same, indices[:, 1], indices[:, 0])
+    met = np.isfinite(distance)
+    gaps = queries[met] - view.points[index[met]]
+    heights = (gaps * view.normals[index[met]]).sum(axis=1)
+    return float(np.sqrt((heights**2).mean())) if met.any() else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Side:
+    """What the points of one view show on the surface of another.
+
+    With p about `centre`, the points' own unit normals n and the other's planes' m in the frame of
+    their view, and h the signed distances of those met to these planes:
+
+    Parameters
+    ----------
+    met : (P,) array of bool
+        Which of the points lie on the surface, normals agreeing.
+    count : int
+        How many they are.
+    near : int
+        How many are that near, whatever their normals.
+    squared : float
+        Sum of ``h^2`` (resolutions^2).
+    centre, first : (3,) arrays
+        Near the points, in the frame of their view; the sum of p (length).
+    second : float
+        Sum of ``p^2`` (length^2).
+    mixed, plain : (6, 6) arrays
+        Sums of the products of ``[p x n, n]`` and ``[p x m, m]``, and of the latter and itself.
+    pushed : (6,) array
+        Sum of ``h [p x m, m]``, h in resolutions.
+    consistent, front : int
+        Points that lie on what the other's sensor saw, and those in front of it, in what it saw to
+        be free.
+    told, known : bool
+        False where nothing can be told of the other's sensor; `known` where the scan says it.
+    floor : float
+        The noise floor of the two views (resolutions).
+    """
+
+    met: Flags
+    count: int
+    near: int
+    squared: float
+    centre: Array
+    first: Array
+    second: float
+    mixed: Array
+    plain: Array
+    pushed: Array
+    consistent: int
+    front: int
+    told: bool
+    known: bool
+    floor: float
+
+
+def may_meet(moving: View, still: View, T_still_moving: Array) -> bool:
+    """Whether a look, from the one at the other or back, may find anything."""
+    here, there = witness(moving), witness(still)
+    return evidence.may_meet(
+        here.centre, here.radius, here.rays, there.centre, there.radius, there.rays,
+        T_still_moving, max(here.reach, there.reach),
+    )  # fmt: skip
+
+
+def look(moving: View, still: View, T_still_moving: Array, step: int = 1) -> Side:
+    """What the points of `moving`, every `step`-th of them, show on the surface of `still`."""
+    here, there = witness(moving), witness(still)
+    reach = _ray_reach(still)
+    met, near, consistent, front, sums = evidence.look(
+        still.tree, still.normals, here.points[::step], here.normals[::step],
+        here.centre, here.radius,
+        T_still_moving, there.reach, LEAST_COSINE,
+        moving.features.oriented and still.features.oriented,
+        there.rays, RAYS, TOLERANCE * reach / RAY_REACH,
+    )  # fmt: skip
+    unit = moving.scale.resolution or 1.0
+    floor = np.sqrt((here.floor**2 + there.floor**2) / 2) / unit
+    return Side(
+        met, int(met.sum()), near, float(sums[0]) / unit**2, here.centre,
+        sums[1:4], float(sums[4]), sums[5:41].reshape(6, 6), sums[41:77].reshape(6, 6),
+        sums[77:] / unit, consistent, front,
+        there.rays is not None, there.known, float(floor),
+    )  # fmt: skip

@@ -1,0 +1,1 @@
+"""Rigid motions, arrays and nearest neighbours."""

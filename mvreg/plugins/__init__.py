@@ -1,0 +1,1 @@
+"""Plugins: hooks, the manager that finds them, and the table of stages."""

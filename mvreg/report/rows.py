@@ -1,0 +1,183 @@
+"""The parts of a report: a row per scan, per pair, per link and per partial model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from mvreg.evaluation.grade import (
+    AMBER_CONFIDENCE,
+    GREEN_BALANCE,
+    GREEN_CONFIDENCE,
+    GREEN_OVERLAP,
+    GREEN_WITHIN,
+)
+from mvreg.evaluation.pose_errors import Consistency, PoseErrors, ScanError, consistency
+from mvreg.evaluation.records import Assessment, LinkAssessment, ScanAssessment
+from mvreg.report.deciding_pair import component_of, joining_pair, reason_of, telling_pair
+from mvreg.types import Link, Pair, Result, View
+
+Row = dict[str, object]
+#: What a judge's reason begins with where several poses fit, or none is held.
+AMBIGUOUS = "ambiguous"
+#: Digits of what is told of evidence: more are noise, and would double the size of a report.
+DIGITS = 6
+
+
+def scan_row(
+    name: str, result: Result, errors: Mapping[str, ScanError], assessment: Assessment
+) -> Row:
+    """What there is to say of one scan."""
+    number = component_of(result).get(name)
+    first = {next(iter(poses), None) for poses in result.components} | {result.reference}
+    pair = None if name in first else telling_pair(name, result)
+    mse = pair.trimmed_mse if pair else None
+    error, found = errors.get(name), assessment.scans.get(name)
+    return {
+        "name": name,
+        "status": _status(name, number, result, pair),
+        "component": number,
+        "attempts": sum(other.source == name for other in result.pairs),
+        "overlap": pair.overlap if pair else None,
+        "trimmed_rmse": math.sqrt(mse) if mse is not None else None,
+        "reason": reason_of(pair, placed=number is not None),
+        "pair_confidence": pair.verdict.confidence if pair else None,
+        "assessment": assessment_row(found) if found else None,
+        "errors": error_row(error) if error else None,
+    }
+
+
+def _status(name: str, number: int | None, result: Result, pair: Pair | None) -> str:
+    if number is None:
+        ambiguous = pair is not None and pair.verdict.reason.startswith(AMBIGUOUS)
+        return AMBIGUOUS if ambiguous else "not placed"
+    if number > 1:
+        return f"component {number}"
+    return "reference" if name == result.reference else "placed"
+
+
+def assessment_row(found: ScanAssessment) -> Row:
+    """What is said of a placed scan without a truth; lengths in the scans' unit."""
+    off = found.uncertainty
+    return {
+        "grade": found.grade.value if found.grade else None,
+        "confidence": found.confidence,
+        "reason": found.reason,
+        "overlap": found.overlap,
+        "within": found.within,
+        "rms": found.rms,
+        "balance": list(found.balance),
+        "uncertainty": {"angle_deg": off.rotation, "translation": off.translation} if off else None,
+    }
+
+
+def link_rows(assessment: Assessment, result: Result, resolution: float | None) -> list[Row]:
+    """The pairs of placed scans that overlap; with what an adjustment rests on, where it tells."""
+    return [_link_row(link, result.links, resolution) for link in assessment.links]
+
+
+def _link_row(link: LinkAssessment, links: Sequence[Link], resolution: float | None) -> Row:
+    pair = {link.source, link.target}
+    adjusted = [other for other in links if {other.source, other.target} == pair]
+    points = sum(other.points for other in adjusted)
+    squares = sum(other.points * other.rms**2 for other in adjusted)
+    return {
+        "source": link.source,
+        "target": link.target,
+        "component": link.component,
+        "confidence": link.confidence,
+        "overlap": link.overlap,
+        "rms": link.rms,
+        "rms_resolutions": link.rms / resolution if resolution else None,
+        "adjusted_points": points if adjusted else None,
+        "adjusted_rms": math.sqrt(squares / points) if points else None,
+    }
+
+
+def pair_rows(pairs: Sequence[Pair]) -> list[Row]:
+    """Every attempt, and what its verdict rests on."""
+    return [
+        {
+            "source": pair.source,
+            "target": pair.target,
+            "verdict": "accepted" if pair.verdict.reliable else "rejected",
+            "reason": pair.verdict.reason,
+            "confidence": pair.verdict.confidence,
+            "evidence": {
+                name: float(f"{value:.{DIGITS}g}") for name, value in pair.verdict.evidence.items()
+            },
+        }
+        for pair in pairs
+    ]
+
+
+def component_rows(
+    result: Result, views: Sequence[View], errors: Sequence[PoseErrors | None]
+) -> list[Row]:
+    """The partial models other than the reference's, numbered from 2.
+
+    Each has poses, errors and consistency of its own, in the frame of its first scan, and the
+    reason of the attempt that came closest to joining it to any other.
+    """
+    rows: list[Row] = []
+    for number, (poses, error) in enumerate(zip(result.components, errors, strict=True), start=2):
+        pair, attempts = joining_pair(poses, result)
+        rows.append({
+            "number": number,
+            "reference": next(iter(poses), None),
+            "poses": dict(poses),
+            "attempts": attempts,
+            "reason": reason_of(pair, placed=False),
+            "pair_confidence": pair.verdict.confidence if pair else None,
+            "errors": errors_row(error),
+            "consistency": consistency_row(consistency(poses, views)),
+        })  # fmt: skip
+    return rows
+
+
+def grade_row(assessment: Assessment, resolution: float | None) -> Row:
+    """What the grades mean: least values of a green scan, and of an amber one's confidence."""
+    return {
+        "tolerance": assessment.tolerance,
+        "tolerance_resolutions": assessment.tolerance / resolution if resolution else None,
+        "confidence": GREEN_CONFIDENCE,
+        "overlap": GREEN_OVERLAP,
+        "within": GREEN_WITHIN,
+        "balance": GREEN_BALANCE,
+        "amber_confidence": AMBER_CONFIDENCE,
+    }
+
+
+def error_row(error: ScanError) -> dict[str, float]:
+    """One pose's distance from the truth."""
+    return {
+        "rotation": error.rotation,
+        "angle_deg": error.angle,
+        "translation": error.translation,
+    }
+
+
+def errors_row(errors: PoseErrors | None) -> Row | None:
+    """The distances from the truth of all the poses in one frame."""
+    if errors is None:
+        return None
+    return {
+        "frame": errors.frame,
+        "mean": error_row(errors.mean),
+        "max": error_row(errors.max),
+        "scans": {name: error_row(error) for name, error in errors.scans.items()},
+    }
+
+
+def consistency_row(found: Consistency | None) -> Row | None:
+    """How the surfaces lie on each other."""
+    if found is None:
+        return None
+    return {
+        "median": found.median,
+        "rms": found.rms,
+        "median_resolutions": found.relative_median,
+        "rms_resolutions": found.relative_rms,
+        "points": found.points,
+        "pairs": found.pairs,
+    }

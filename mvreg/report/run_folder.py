@@ -1,0 +1,92 @@
+"""The files of a run folder, each written whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable, Mapping
+from pathlib import Path, PurePath
+
+import numpy as np
+
+from mvreg.geometry import se3
+from mvreg.types import Array, Result, ScanSet
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text atomically: a reader sees the old file or the new one, never a part."""
+    temporary = path.with_name(f"{path.name}.part")
+    temporary.write_text(text, encoding="utf-8")
+    temporary.replace(path)
+
+
+def pose_files(names: Iterable[str]) -> dict[str, str]:
+    """A file name for each scan: its stem, safe on every file system, and unique."""
+    files: dict[str, str] = {}
+    taken: set[str] = set()
+    for name in names:
+        base = PurePath(name.replace("\\", "/")).name
+        # An ending such as ".ply" goes; the ".2" of "scan.2" is part of the name.
+        base = re.sub(r"\.[A-Za-z][A-Za-z0-9]*$", "", base)
+        base = re.sub(r"[^\w.+-]", "_", base).strip(".") or "scan"
+        stem, count = base, 1
+        while stem.casefold() in taken:
+            count += 1
+            stem = f"{base}-{count}"
+        taken.add(stem.casefold())
+        files[name] = f"{stem}.txt"
+    return files
+
+
+def write_result(folder: Path, scanset: ScanSet, result: Result) -> None:
+    """The poses and the model of the reference's partial model, and those of every other.
+
+    ``poses`` and ``model.ply`` are the reference's; ``poses/component_2`` and ``model_2.ply``, and
+    so on, the others', each in a frame of its own. What an earlier run left of such goes.
+    """
+    for model in folder.glob("model_*.ply"):
+        if re.fullmatch(r"model_\d+\.ply", model.name):
+            model.unlink()
+    for left in (folder / "poses").glob("component_*"):
+        if left.is_dir():
+            write_poses(left, scanset, {})
+            if not any(left.iterdir()):
+                left.rmdir()
+    write_poses(folder / "poses", scanset, result.poses)
+    write_model(folder / "model.ply", scanset, result.poses)
+    for number, poses in enumerate(result.components, start=2):
+        write_poses(folder / "poses" / f"component_{number}", scanset, poses)
+        write_model(folder / f"model_{number}.ply", scanset, poses)
+
+
+def write_poses(folder: Path, scanset: ScanSet, poses: Mapping[str, Array]) -> None:
+    """A 4x4 text file per placed scan, exact to the last bit; none for a scan without a pose."""
+    folder.mkdir(exist_ok=True)
+    for name, file in pose_files(scan.name for scan in scanset.scans).items():
+        if name in poses:
+            np.savetxt(folder / file, poses[name], fmt="%.17g")
+        else:
+            (folder / file).unlink(missing_ok=True)
+
+
+def write_model(path: Path, scanset: ScanSet, poses: Mapping[str, Array]) -> None:
+    """All points of the placed scans in their model's frame."""
+    from mvreg.io import write_ply
+
+    placed = [scan for scan in scanset.scans if scan.name in poses]
+    write_ply(path, np.concatenate([se3.apply(poses[s.name], s.points) for s in placed]))
+
+
+def link_latest(folder: Path) -> None:
+    """Let ``latest`` beside `folder` point to it; where links are not allowed, a text file."""
+    folder = folder.resolve()
+    link = folder.parent / "latest"
+    if link.exists() and not link.is_symlink():
+        return  # somebody else's; leave it alone
+    temporary = folder.parent / f".latest-{os.getpid()}"
+    try:
+        temporary.unlink(missing_ok=True)
+        temporary.symlink_to(folder.name, target_is_directory=True)
+        temporary.replace(link)
+    except OSError:
+        (folder.parent / "latest.txt").write_text(f"{folder.name}\n", encoding="utf-8")

@@ -1,0 +1,125 @@
+"""The lines below the table: what the colours mean, errors, times, and what was not joined."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mvreg.report.formatting import confidence, count, length, number, unit
+
+if TYPE_CHECKING:
+    from rich.text import Text
+
+Report = Mapping[str, Any]
+Lines = list["str | Text"]
+
+
+def totals(report: Report, folder: Path | None = None) -> Lines:
+    """All the lines, in order."""
+    from rich.text import Text
+
+    lines: Lines = [Text(line, style="dim") for line in _legend(report)]
+    lines.append("")
+    if report.get("status") == "interrupted":
+        lines.append(Text("interrupted: this is what was finished", style="bold red"))
+    lines.append(_placed_line(report))
+    lines += _error_line("", report, report)
+    for part in report.get("components") or []:
+        lines += _error_line(f"component {part['number']}: ", part, report)
+    lines += _consistency_lines(report)
+    lines += [Text(line, style="red") for line in _doubts(report) + _left_over(report)]
+    return lines + (_folder_lines(folder) if folder else [])
+
+
+def _legend(report: Report) -> list[str]:
+    limits = report.get("grades")
+    if not limits:
+        return []
+    near = f"{length(limits['tolerance'], report)} {unit(report)}"
+    return [
+        "",
+        f"green: confidence {limits['confidence']:.2f}, overlap {limits['overlap']:.2f}, "
+        f"within {limits['within']:.2f}, balance {limits['balance']:.2f} or more; "
+        f"RED: confidence below {limits['amber_confidence']:.2f}",
+        f"overlap: share of its points on other scans; within: share of these up to {near} off",
+        "balance: how firmly the others hold it along its weakest axis, from 0 to 1",
+    ]
+
+
+def _placed_line(report: Report) -> str:
+    seconds = report.get("seconds") or {}
+    parts = report.get("components") or []
+    apart = sum(len(part["poses"]) for part in parts)
+    others = f" ({apart} more in {count(len(parts), 'other component')})" if parts else ""
+    return (
+        f"placed {len(report.get('poses', {}))} of {len(report.get('scans', []))} scans{others} "
+        f"with {report.get('num_pairs', 0)} pairs in {number(seconds.get('total'), '.2f')} s "
+        f"(loading {number(seconds.get('load'), '.2f')} s)"
+    )
+
+
+def _error_line(start: str, part: Report, report: Report) -> list[str]:
+    """Errors of the poses in one frame; lengths are told as `report` has them."""
+    errors = part.get("errors")
+    if not errors:
+        return []
+    mean, most = errors["mean"], errors["max"]
+    line = (
+        f"{start}e_R {number(mean['rotation'], '.4f')} (max {number(most['rotation'], '.4f')}), "
+        f"e_t {length(mean['translation'], report)} {unit(report)} "
+        f"(max {length(most['translation'], report)} {unit(report)})"
+    )
+    if errors.get("frame") != part.get("reference"):
+        line += f", in the frame of {errors.get('frame')}: the reference has no ground truth"
+    return [line]
+
+
+def _consistency_lines(report: Report) -> list[str]:
+    found = report.get("consistency")
+    if not found:
+        return []
+    return [
+        f"consistency: point-to-plane median {length(found['median'], report)}, "
+        f"RMS {length(found['rms'], report)} {unit(report)} "
+        f"({number(found['median_resolutions'], '.3f')} and "
+        f"{number(found['rms_resolutions'], '.3f')} resolutions)"
+    ]
+
+
+def _doubts(report: Report) -> list[str]:
+    """What speaks against the poses that are red."""
+    found = [(row.get("name"), row.get("assessment") or {}) for row in report.get("scans", [])]
+    return [
+        f"{name} is RED: {said['reason']}" for name, said in found if said.get("grade") == "red"
+    ]
+
+
+def _left_over(report: Report) -> list[str]:
+    """What could not be joined, and why not."""
+    lines = []
+    for part in report.get("components") or []:
+        lines.append(f"component {part['number']} was not joined to the first: {_tried(part)}")
+    for row in report.get("scans", []):
+        if row.get("status") in ("not placed", "ambiguous"):
+            lines.append(f"{row.get('name')} was not placed: {_tried(row)}")
+    return lines
+
+
+def _tried(found: Report) -> str:
+    attempts = count(found.get("attempts", 0), "attempt")
+    if not found.get("reason"):
+        return attempts
+    known = found.get("pair_confidence")
+    sure = "" if known is None else f" (confidence {confidence(known)})"
+    return f"{attempts}; the closest{sure}: {found['reason']}"
+
+
+def _folder_lines(folder: Path) -> list[str]:
+    here = Path.cwd()
+    shown = folder.relative_to(here) if folder.is_relative_to(here) else folder
+    lines = [f"written to {shown}"]
+    if (folder / "run.rrd").exists():
+        lines.append(f"see it with: rerun {shlex.quote(str(shown / 'run.rrd'))}")
+    return lines

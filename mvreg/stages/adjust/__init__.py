@@ -1,0 +1,1 @@
+"""Improve all the poses at once."""

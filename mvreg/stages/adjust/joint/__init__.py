@@ -1,0 +1,1 @@
+"""Joint refinement: all poses at once, surface to surface."""

@@ -1,0 +1,132 @@
+"""Where the surfaces of placed scans lie on each other: pairs of scans, and of their patches."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mvreg.geometry.ragged import ends_of, picked
+from mvreg.kernels import evidence, joint
+from mvreg.parallel import in_threads, slices
+from mvreg.stages.adjust.joint.surface import Surface
+from mvreg.surface.overlap import LEAST_COSINE, near_boxes
+from mvreg.types import Array, Indices
+
+#: Contacts of a pair of scans, at least: twice as many as a motion has degrees of freedom.
+FEWEST = 12
+
+
+@dataclass(frozen=True, eq=False)
+class Contacts:
+    """Samples of scans that lie on patches of other scans, one ordered pair of scans after another.
+
+    Parameters
+    ----------
+    ways : (W, 2) array
+        The ordered pairs: positions of the scan of the samples (source), and of that of the patches
+        (target).
+    ends : (W + 1,) array
+        Where the contacts of each way begin, and where those of the last one end.
+    samples, patches : (M,) arrays
+        Positions in the surfaces of the two scans.
+    weights : (M,) array
+        How much of what is known about the surface each one stands for.
+    """
+
+    ways: Indices
+    ends: Indices
+    samples: Indices
+    patches: Indices
+    weights: Array
+
+    @property
+    def counts(self) -> Indices:
+        """(W,): how many contacts each way has."""
+        return np.diff(self.ends)
+
+    def places(self, surfaces: Sequence[Surface]) -> tuple[Indices, Indices]:
+        """(M,), (M,): where samples and patches are among those of all surfaces in a row."""
+        begin = ends_of(np.array([len(surface.points) for surface in surfaces]))
+        sources, targets = np.repeat(begin[self.ways], self.counts, axis=0).T
+        return sources + self.samples, targets + self.patches
+
+    def some(self, chosen: NDArray[np.bool_]) -> Contacts:
+        """The contacts of those ways (W,) that are chosen."""
+        if chosen.all():
+            return self
+        kept, ends = picked(self.ends, chosen)
+        values = (self.samples[kept], self.patches[kept], self.weights[kept])
+        return Contacts(self.ways[chosen], ends, *values)
+
+
+@dataclass(frozen=True, eq=False)
+class Gate:
+    """Which contacts count: those closer than `reach` (length), of every `stride`-th sample.
+
+    A `flat` gate asks the tangent planes of patches however far away from their middle, one that is
+    not asks the curved patches, no farther along than their raw points reach.
+    """
+
+    reach: float
+    stride: int = 1
+    flat: bool = False
+
+
+def touching(surfaces: Sequence[Surface], motions: Array, reach: float) -> list[tuple[int, int]]:
+    """Pairs i < j of placed scans whose boxes in the model frame come within `reach` (length)."""
+    placed = zip(surfaces, motions, strict=True)
+    corners = [np.stack(evidence.box(s.points, motion)) for s, motion in placed]
+    return near_boxes(corners, reach)
+
+
+def contacts(
+    surfaces: Sequence[Surface], motions: Array, pairs: Sequence[tuple[int, int]], gate: Gate
+) -> Contacts:
+    """What lies on what, both ways, for every one of `pairs` that touches enough.
+
+    Samples find the nearest patch; both must be whole, and the normals agree. The ways come in the
+    order of `pairs`.
+    """
+    patches = [surface.patches for surface in surfaces]  # built once, before the threads ask
+    oriented = np.array([surface.oriented for surface in surfaces])
+    ways = np.array([way for i, j in pairs for way in ((i, j), (j, i))], np.intp).reshape(-1, 2)
+
+    def found(part: slice) -> tuple[Indices, Indices, Indices]:
+        return joint.contacts(
+            patches, motions, ways[part], gate.reach, gate.stride, gate.flat, LEAST_COSINE,
+            oriented,
+        )  # fmt: skip
+
+    parts = in_threads(found, slices(len(ways), 1))
+    counts, samples, others = (
+        np.concatenate(each)
+        for each in zip(*((np.diff(ends), *where) for ends, *where in parts), strict=True)
+    )
+    every = Contacts(ways, ends_of(counts), samples, others, np.ones(len(samples)))
+    enough = np.repeat(counts.reshape(-1, 2).sum(axis=1) >= FEWEST, 2) & (counts > 0)
+    kept = every.some(enough)
+    return replace(kept, weights=_weights(surfaces, kept, gate.stride))
+
+
+def _weights(surfaces: Sequence[Surface], found: Contacts, stride: int) -> Array:
+    """The weights that make the most of what all scans know of a surface.
+
+    Where scans k of densities d_k lie on the same unknown surface, least squares over the poses and
+    the surface leave, once the surface is eliminated, the weight ``d_i d_j / sum_k d_k`` per area
+    to the gap between i and j. A sample of i stands for ``share_i / d_i`` of area; both ways count
+    a half each. Thus nothing that three scans agree on is counted three times. What a sensor saw at
+    a grazing angle counts less.
+    """
+    density = np.concatenate([surface.density for surface in surfaces])
+    share = np.concatenate([surface.share for surface in surfaces])
+    trust = np.concatenate([surface.trust for surface in surfaces])
+    samples, patches = found.places(surfaces)
+    total = density + np.bincount(samples, density[patches], len(density))
+    weights: Array = (
+        stride * share[samples] * density[patches] / total[samples]
+        * trust[samples] * trust[patches] / 2
+    )  # fmt: skip
+    return weights

@@ -1,0 +1,170 @@
+"""The normal equations of all poses at once: sparse, robust, with the reference held fast."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mvreg.geometry import se3
+from mvreg.kernels import joint
+from mvreg.parallel import Answer, in_threads, slices
+from mvreg.stages.adjust.joint.block_matrix import of_blocks, solver
+from mvreg.stages.adjust.joint.correspondences import Contacts
+from mvreg.stages.adjust.joint.surface import Surface
+from mvreg.stages.refine.plane_base import about
+from mvreg.types import Array, Indices
+
+#: Residuals beyond so many widths of the kernel have a weight below 1 per cent, and get none.
+CUT = 3.0
+#: The median of absolute residuals, times this, is the standard deviation of Gaussian ones.
+MAD = 1.4826
+#: Levenberg's damping, of the mean diagonal: picks the smallest step where nothing holds a pose,
+#: as on a plane, and is too little to slow down anything that is held.
+DAMPING = 1e-7
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Coordinates of order one for the unknowns: `centre` (3,) and `radius` (length) of a model."""
+
+    centre: Array
+    radius: float
+
+    @classmethod
+    def of(cls, surfaces: Sequence[Surface], motions: Array) -> Frame:
+        """The frame about all the samples of placed surfaces."""
+        counts = np.array([len(s.points) for s in surfaces])
+        placed = zip(surfaces, motions, strict=True)
+        middles = np.stack([se3.apply(motion, s.moments[0]) for s, motion in placed])
+        centre = counts @ middles / counts.sum()
+        apart = counts @ ((middles - centre) ** 2).sum(axis=1)
+        total = apart + sum(s.moments[1] for s in surfaces)
+        return cls(centre, float(np.sqrt(total / counts.sum())) or 1.0)
+
+    def motion(self, unknowns: Array) -> Array:
+        """The motions (..., 4, 4) of unknowns (..., 6)."""
+        steps = se3.exp(unknowns * np.array([1.0, 1, 1, *3 * [self.radius]]))
+        return np.stack([about(self.centre, step) for step in steps])
+
+    @property
+    def twists(self) -> Array:
+        """(6, 6): twists about the model frame's origin, from the unknowns."""
+        change = np.eye(6)
+        change[3:, :3] = se3.skew(self.centre)
+        change[3:, 3:] *= self.radius
+        return change
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """The residuals of contacts under some poses, in units of the frame's radius.
+
+    `residuals` (M,); `jacobian` (M, 6) is for the pose of a contact's source, and its negative for
+    that of its target; `points` (M, 3) are where they are, in the frame.
+    """
+
+    contacts: Contacts
+    residuals: Array
+    jacobian: Array
+    points: Array
+
+    def in_parts(self, function: Callable[[slice, Indices], Answer]) -> list[Answer]:
+        """What a function says of some of the ways at a time, with where their rows begin and end.
+
+        In threads; in the order of the ways.
+        """
+        ends = self.contacts.ends
+        parts = slices(len(self.contacts.ways), 1)
+        return in_threads(lambda part: function(part, ends[part.start : part.stop + 1]), parts)
+
+
+def rows(
+    surfaces: Sequence[Surface], motions: Array, contacts: Contacts, frame: Frame, flat: bool
+) -> Rows:
+    """Point-to-surface residuals of all contacts, and how they change with the poses."""
+    size = len(contacts.samples)
+    made = Rows(contacts, np.empty(size), np.empty((size, 6)), np.empty((size, 3)))
+    patches = [surface.patches for surface in surfaces]  # built once, before the threads ask
+    made.in_parts(
+        lambda part, ends: joint.rows(
+            patches, motions, contacts.ways[part], ends, contacts.samples, contacts.patches,
+            frame.centre, frame.radius, flat, made.residuals, made.jacobian, made.points,
+        )
+    )  # fmt: skip
+    return made
+
+
+def spread(residuals: Array) -> float:
+    """The residuals' standard deviation, by their median, in their unit."""
+    sizes = np.abs(residuals)
+    half = len(sizes) // 2
+    sizes.partition(half)  # `np.median` takes three times as long
+    below = sizes[half] if len(sizes) % 2 else sizes[:half].max()
+    return MAD * float(below + sizes[half]) / 2
+
+
+def weight(residuals: Array, width: float) -> Array:
+    """Weights (M,) of Geman and McClure (1985) in iterated least squares, ``(1 + u^2)^-2``.
+
+    ``u`` is the residual in kernel widths; beyond three there is no weight.
+    """
+    square = (residuals / width) ** 2
+    weights: Array = np.where(square < CUT**2, (1 + square) ** -2.0, 0.0)
+    return weights
+
+
+def curvature(residuals: Array, width: float) -> Array:
+    """Second derivatives (M,) of the kernel, ``(1 - 3 u^2) (1 + u^2)^-3``, as for `weight`."""
+    square = (residuals / width) ** 2
+    bent: Array = np.where(square < CUT**2, (1 - 3 * square) * (1 + square) ** -3.0, 0.0)
+    return bent
+
+
+@dataclass(frozen=True, eq=False)
+class System:
+    """Normal equations ``normal @ unknowns = -gradient`` over the poses that are free.
+
+    `normal` is (6 F, 6 F), laid out as in `block_matrix`; `place` (N,) is where each scan is among
+    the free ones, -1 for one that is not.
+    """
+
+    normal: Any
+    gradient: Array
+    place: Indices
+
+    @classmethod
+    def of(cls, found: Rows, free: Sequence[int], width: float) -> System:
+        """Sum over all rows, each with its weight and the kernel's."""
+        sums = found.in_parts(
+            lambda _, ends: joint.normal_equations(
+                found.jacobian, found.residuals, found.contacts.weights, ends, width, CUT
+            )
+        )
+        blocks, slopes = (np.concatenate(each) for each in zip(*sums, strict=True))
+        place = np.full(found.contacts.ways.max() + 1, -1)
+        place[free] = np.arange(len(free))
+        source, target = place[found.contacts.ways].T
+        here, there = source >= 0, target >= 0
+        gradient = np.zeros((len(free), 6))
+        np.add.at(gradient, source[here], slopes[here])
+        np.subtract.at(gradient, target[there], slopes[there])
+        both = here & there
+        normal = of_blocks(
+            np.concatenate([blocks[here], blocks[there], -blocks[both], -blocks[both]]),
+            np.concatenate([source[here], target[there], source[both], target[both]]),
+            np.concatenate([source[here], target[there], target[both], source[both]]),
+            (len(free), len(free)),
+        )
+        return cls(normal, gradient.ravel(), place)
+
+    def solver(self) -> Callable[[Array], Array]:
+        """What solves the damped equations for right sides (6 F,) or (6 F, r)."""
+        return solver(self.normal, DAMPING)
+
+    def step(self) -> Array:
+        """The unknowns (F, 6)."""
+        found: Array = -self.solver()(self.gradient).reshape(-1, 6)
+        return found

@@ -1,0 +1,1 @@
+"""JRMPC: one Gaussian mixture for all scans."""

@@ -1,0 +1,1 @@
+"""LRS: low-rank and sparse decomposition of relative motions."""

@@ -1,0 +1,1 @@
+"""Merge a scan into the model."""

@@ -1,0 +1,1 @@
+"""Give keypoints descriptors."""

@@ -1,0 +1,180 @@
+"""Judge a registration by all that range scans can tell: their fit, loops, and rival poses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mvreg.errors import InputError, check_positive
+from mvreg.evidence.pooled import AGREED, Evidence, Meeting, weigh
+from mvreg.evidence.pooling import ROUGH
+from mvreg.evidence.view_pair import may_meet
+from mvreg.geometry import se3
+from mvreg.types import Array, Model, Registration, Verdict, View
+
+#: A rival is looked at roughly first. If it is less probable than this share of what would make it
+#: one, that is all: on the Stanford scans the two looks differ by 0.001 at most.
+FAR = 0.1
+
+
+def meetings(source: View, target: View, T_target_source: Array, step: int = 1) -> list[Meeting]:
+    """Of a scan with a view: with every part that it may meet, if it is a model that has parts."""
+    if not isinstance(target, Model) or not target.parts:
+        return [Meeting(source, target, T_target_source, step=step)]
+    homes = se3.invert(np.stack([part.T_model_scan for part in target.parts]))
+    return [
+        Meeting(source, part.view, pose, step=step)
+        for part, pose in zip(target.parts, homes @ T_target_source, strict=True)
+        if may_meet(source, part.view, pose)
+    ]
+
+
+def path(start: str, end: str, accepted: Sequence[Registration]) -> tuple[Array, int] | None:
+    """The motion from one scan to another along accepted registrations, the fewest there are.
+
+    Returns
+    -------
+    (T_end_start, steps) or None
+        None where no path of names leads there.
+    """
+    links: dict[str, list[tuple[str, Array]]] = {}
+    for one in accepted:
+        links.setdefault(one.source, []).append((one.target, one.T_target_source))
+        links.setdefault(one.target, []).append((one.source, se3.invert(one.T_target_source)))
+    found: dict[str, tuple[Array, int]] = {start: (np.eye(4), 0)}
+    waiting = [start]
+    while waiting and end not in found:
+        name = waiting.pop(0)
+        motion, steps = found[name]
+        for other, T_other_name in links.get(name, []):
+            if other not in found:
+                found[other] = T_other_name @ motion, steps + 1
+                waiting.append(other)
+    return found.get(end)
+
+
+def distance(source: View, first: Array, second: Array) -> float:
+    """How far apart two poses put the source's points (RMS, length)."""
+    gaps = se3.apply(first, source.points) - se3.apply(second, source.points)
+    return float(np.sqrt((gaps**2).sum(axis=1).mean())) if len(gaps) else 0.0
+
+
+@dataclass(frozen=True)
+class EvidenceJudge:
+    """Reliable if the pose is probably right, no rival is as good, and loops close.
+
+    The probability is that of `mvreg.evidence.pooled.weigh`, calibrated by
+    ``experiments/calibration/calibrate.py``; of a model with parts it is that of the source meeting
+    all of them. The verdict's score is the probability of being wrong.
+
+    Parameters
+    ----------
+    min_probability : float
+        Least probability of a reliable pose.
+    max_rival : float
+        Largest probability, taken by itself, of a clearly different pose of the same pair.
+    rival_angle : float
+        Rivals that differ by more than this (degrees) are clearly different, so are those
+        `rival_distance` apart. 10 is the paper's own separation of candidates.
+    rival_distance : float
+        Of the source's points, root mean square, in spacings of the keypoints.
+    loop_tolerance : float
+        Where accepted registrations already lead from source to target, the pose may differ from
+        theirs by this (RMS of the source's points, in resolutions), times the root of the number of
+        registrations in the loop.
+    """
+
+    min_probability: float = 0.95
+    max_rival: float = 0.3
+    rival_angle: float = 10.0
+    rival_distance: float = 3.0
+    loop_tolerance: float = 4.0
+
+    def __post_init__(self) -> None:
+        for name in ("min_probability", "max_rival"):
+            if not 0 < getattr(self, name) < 1:
+                raise InputError(
+                    f"judge.{name}: expected a probability between 0 and 1, got "
+                    f"{getattr(self, name)}"
+                )
+        check_positive(
+            "judge",
+            rival_angle=self.rival_angle,
+            rival_distance=self.rival_distance,
+            loop_tolerance=self.loop_tolerance,
+        )
+
+    def __call__(
+        self,
+        registration: Registration,
+        source: View,
+        target: View,
+        accepted: Sequence[Registration],
+    ) -> Verdict:
+        pose = registration.T_target_source
+        evidence = weigh(meetings(source, target, pose))
+        rival = self.rival(registration, source, target)
+        reason = self.objection(evidence, rival)
+        if reason is None and not self.closes(registration, source, target, accepted):
+            reason = "the loop through accepted registrations does not close"
+        odds, other = (p / max(1 - p, 1e-9) for p in (evidence.probability, rival))
+        confidence = odds / (1 + odds + other)  # one of the poses at most is right
+        return Verdict(
+            reason is None, 1 - confidence, 1 - self.min_probability, reason or evidence.reason,
+            confidence, evidence.as_dict(),
+        )  # fmt: skip
+
+    def objection(self, evidence: Evidence, rival: float) -> str | None:
+        """Why the pose cannot be relied on, by itself and beside its best rival's probability."""
+        if evidence.ambiguous:
+            return evidence.reason
+        if rival > self.max_rival:
+            return "ambiguous: another pose is as probable"
+        if evidence.probability >= self.min_probability:
+            return None
+        return "not probable enough" if evidence.reason == AGREED else evidence.reason
+
+    def closes(
+        self,
+        registration: Registration,
+        source: View,
+        target: View,
+        accepted: Sequence[Registration],
+    ) -> bool:
+        """Whether the pose agrees with what accepted registrations say, where they do."""
+        joined = path(source.name, target.name, accepted)
+        if joined is None:
+            return True
+        allowed = self.loop_tolerance * source.scale.resolution * np.sqrt(joined[1] + 1)
+        return bool(distance(source, registration.T_target_source, joined[0]) <= allowed)
+
+    def rival(self, registration: Registration, source: View, target: View) -> float:
+        """The probability of the best of the clearly different poses, taken by itself."""
+        return max(
+            (
+                self.likelihood(source, target, pose)
+                for pose in self.different(registration, source)
+            ),
+            default=0.0,
+        )
+
+    def likelihood(self, source: View, target: View, T_target_source: Array) -> float:
+        """How plausible a rival is: told roughly, if it is far from being one."""
+        for step in (ROUGH, 1):
+            likely = weigh(meetings(source, target, T_target_source, step)).plausibility
+            if likely < FAR * self.max_rival:
+                break
+        return likely
+
+    def different(self, registration: Registration, source: View) -> list[Array]:
+        """The rivals that are clearly different from the pose."""
+        pose = registration.T_target_source
+        apart = self.rival_distance * source.scale.spacing
+        return [
+            rival
+            for rival in registration.rivals
+            if np.rad2deg(se3.rotation_angle(rival, pose)) > self.rival_angle
+            or distance(source, rival, pose) > apart
+        ]

@@ -1,0 +1,1 @@
+"""Turn seed matches into candidate poses."""

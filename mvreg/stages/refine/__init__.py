@@ -1,0 +1,1 @@
+"""Make a coarse pose accurate."""

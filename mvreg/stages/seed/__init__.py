@@ -1,0 +1,1 @@
+"""Propose matches by descriptor."""

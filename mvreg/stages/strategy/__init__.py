@@ -1,0 +1,1 @@
+"""Choose which pairs to register, in which order."""

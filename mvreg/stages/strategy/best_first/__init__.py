@@ -1,0 +1,1 @@
+"""Best first: partial models grow from the most promising pairs."""

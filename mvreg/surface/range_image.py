@@ -1,0 +1,100 @@
+"""What the sensor of a scan saw: a z-buffer whose pixels are the scan's own rays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+
+from mvreg.kernels.evidence import Rays
+from mvreg.surface.sensor_direction import estimated_direction as estimated_direction
+from mvreg.types import Array, Model, View
+
+
+class Sensor(Enum):
+    """Where the sensor of a scan is taken to be.
+
+    `known` is what the scan says, its view direction or else its view point; a scan that says
+    nothing has no say then. `estimated` falls back on `estimated_direction` for such scans.
+    """
+
+    known = "known"
+    estimated = "estimated"
+
+
+@dataclass(frozen=True, eq=False)
+class RangeImage:
+    """The rays of one scan, ready to be asked what lies in front of it, and what behind.
+
+    No grid of pixels: a query is answered by the scan's nearest rays, so that the answer does not
+    depend on how a grid lies, nor on its scan's frame.
+
+    Parameters
+    ----------
+    points : (N, 3) array
+        Of the scan, in its frame.
+    direction : (3,) array or None
+        Unit, towards a sensor far away: the rays are parallel.
+    origin : (3,) array or None
+        The sensor's position, where there is no direction: the rays meet there.
+    """
+
+    points: Array
+    direction: Array | None
+    origin: Array | None
+    _rays: dict[float, Rays] = field(default_factory=dict, init=False, repr=False)
+
+    @classmethod
+    def of(cls, view: View, sensor: Sensor) -> RangeImage | None:
+        """The range image of a view; None where nothing is known of the sensor.
+
+        A merged model was seen from all around, and has none.
+        """
+        if isinstance(view, Model):
+            return None
+        scan = view.scan
+        points = view.points if scan is None else scan.points
+        if scan is not None and scan.view_direction is not None:
+            return cls(points, scan.view_direction, None)
+        if scan is not None and scan.view_point is not None:
+            return cls(points, None, scan.view_point)
+        if sensor is Sensor.known:
+            return None
+        direction = estimated_direction(view)
+        return None if direction is None else cls(points, direction, None)
+
+    def towards(self, points: Array) -> Array:
+        """Unit vectors (M, 3) from points in the scan's frame towards the sensor."""
+        if self.direction is not None:
+            return np.broadcast_to(self.direction, points.shape)
+        assert self.origin is not None
+        away = self.origin - points
+        length = np.linalg.norm(away, axis=1, keepdims=True)
+        unit: Array = away / np.maximum(length, np.finfo(float).tiny)
+        return unit
+
+    def rays(self, reach: float) -> Rays:
+        """The scan's own rays, to be asked for those within `reach` (length); kept."""
+        if reach not in self._rays:
+            self._rays[reach] = Rays(self.points, self.direction, self.origin, reach)
+        return self._rays[reach]
+
+    def nearby(self, points: Array, reach: float, count: int) -> tuple[Array, Array, Array]:
+        """Heights of points, and of the scan's surface about their rays.
+
+        Parameters
+        ----------
+        points : (M, 3) array
+            In the scan's frame.
+        reach : float
+            How far from a point's ray the scan's rays are asked (length).
+        count : int
+            How many of them, the nearest ones, at most; 64 at most.
+
+        Returns
+        -------
+        height, low, high : (M,) arrays
+            `low` and `high` are NaN where the scan has no ray that near.
+        """
+        return self.rays(reach).nearby(points, count)

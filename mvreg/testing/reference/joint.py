@@ -1,0 +1,172 @@
+"""Reference of `mvreg.kernels.joint`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mvreg.geometry import se3
+from mvreg.geometry.arrays import Array, Indices
+
+
+@dataclass(frozen=True, eq=False)
+class Patches:
+    """The patches of a surface, see `mvreg.stages.adjust.joint.surface.Surface`."""
+
+    points: Array
+    axes: Array
+    slopes: Array
+    bends: Array
+    normals: Array
+    reach: Array
+    whole: NDArray[np.bool_]
+
+
+def gaps(
+    surface: Patches, points: Array, patches: Indices, flat: bool
+) -> tuple[Array, Array, Array]:
+    """How far points are from patches, across the surface and along it."""
+    local = np.einsum("mij,mj->mi", surface.axes[patches], points - surface.points[patches])
+    across, height = local[:, :2], local[:, 2]
+    slopes = surface.slopes[patches]
+    below = (slopes * across).sum(axis=1)
+    if not flat:
+        bends = surface.bends[patches]
+        a, b = across.T
+        bent = np.stack([bends[:, 0] * a + bends[:, 1] * b, bends[:, 1] * a + bends[:, 2] * b])
+        below = below + (bent.T * across).sum(axis=1) / 2
+        slopes = slopes + bent.T
+    steep = np.sqrt(1 + (slopes**2).sum(axis=1))
+    upright = np.column_stack([-slopes, np.ones(len(slopes))]) / steep[:, None]
+    normals = np.einsum("mi,mij->mj", upright, surface.axes[patches])
+    return (height - below) / steep, normals, np.sqrt((across**2).sum(axis=1))
+
+
+def contacts(
+    surfaces: Sequence[Patches],
+    motions: Array,
+    ways: Indices,
+    reach: float,
+    stride: int,
+    flat: bool,
+    least_cosine: float,
+    oriented: NDArray[np.bool_],
+) -> tuple[Indices, Indices, Indices]:
+    """Where the samples of surfaces lie on the patches of others."""
+    found = [
+        touch(surfaces[i], surfaces[j], se3.invert(motions[j]) @ motions[i],
+              reach, stride, flat, least_cosine, bool(oriented[i] and oriented[j]))
+        for i, j in ways
+    ]  # fmt: skip
+    none = np.empty(0, dtype=np.intp)
+    ends = np.cumsum([0, *(len(samples) for samples, _ in found)])
+    return (
+        ends,
+        np.concatenate([none, *(samples for samples, _ in found)]),
+        np.concatenate([none, *(patches for _, patches in found)]),
+    )
+
+
+def touch(
+    source: Patches,
+    target: Patches,
+    transform: Array,
+    reach: float,
+    stride: int,
+    flat: bool,
+    least_cosine: float,
+    oriented: bool,
+) -> tuple[Indices, Indices]:
+    """Where the samples of a surface lie on the patches of another."""
+    samples = np.arange(0, len(source.points), stride)
+    if not len(target.points):
+        return samples[:0], samples[:0]
+    points = se3.apply(transform, source.points[samples])
+    apart = np.linalg.norm(points[:, None] - target.points[None], axis=2)
+    patches = apart.argmin(axis=1)
+    _, normals, aside = gaps(target, points, patches, flat)
+    cosines = ((source.normals[samples] @ transform[:3, :3].T) * normals).sum(axis=1)
+    agree = (cosines if oriented else np.abs(cosines)) > least_cosine
+    agree &= source.whole[samples] & target.whole[patches] & (apart.min(axis=1) < reach)
+    if not flat:
+        agree &= aside <= target.reach[patches]
+    return samples[agree], patches[agree]
+
+
+def rows(
+    surfaces: Sequence[Patches],
+    motions: Array,
+    ways: Indices,
+    ends: Indices,
+    samples: Indices,
+    patches: Indices,
+    centre: Array,
+    radius: float,
+    flat: bool,
+    residuals: Array,
+    jacobian: Array,
+    points: Array,
+) -> None:
+    """How far samples are from patches, and how that changes with the source's motion."""
+    for (i, j), part in zip(ways, parts_of(ends), strict=True):
+        into = se3.invert(motions[j]) @ motions[i]
+        there = se3.apply(into, surfaces[i].points[samples[part]])
+        heights, normals, _ = gaps(surfaces[j], there, patches[part], flat)
+        residuals[part] = heights / radius
+        points[part] = (se3.apply(motions[j], there) - centre) / radius
+        jacobian[part, 3:] = normals @ motions[j][:3, :3].T
+        jacobian[part, :3] = np.cross(points[part], jacobian[part, 3:])
+
+
+def parts_of(ends: Indices) -> list[slice]:
+    """Where the contacts of each way are."""
+    return [slice(*pair) for pair in pairwise(ends)]
+
+
+def normal_equations(
+    jacobian: Array, residuals: Array, weights: Array, ends: Indices, width: float, cut: float
+) -> tuple[Array, Array]:
+    """The weighted sums ``J^T W J`` and ``J^T W r`` over each way's rows."""
+    square = (residuals / width) ** 2
+    weights = weights * np.where(square < cut**2, (1 + square) ** -2.0, 0.0)
+    weighted = jacobian * weights[:, None]
+    normals = [jacobian[part].T @ weighted[part] for part in parts_of(ends)]
+    gradients = [weighted[part].T @ residuals[part] for part in parts_of(ends)]
+    return np.array(normals).reshape(-1, 6, 6), np.array(gradients).reshape(-1, 6)
+
+
+def cell_sums(
+    jacobian: Array,
+    residuals: Array,
+    weights: Array,
+    points: Array,
+    ends: Indices,
+    width: float,
+    cut: float,
+    low: Array,
+    edge: float,
+    across: Indices,
+) -> tuple[Indices, Indices, Array]:
+    """The gradients ``J^T W r`` of each way's residuals in every cell of a grid."""
+    square = (residuals / width) ** 2
+    weights = weights * np.where(square < cut**2, (1 + square) ** -2.0, 0.0)
+    slopes = jacobian * (weights * residuals)[:, None]
+    places = np.floor((points - low) / edge).astype(np.int64)
+    keys = (places[:, 0] * across[1] + places[:, 1]) * across[2] + places[:, 2]
+    counts, cells, sums = [0], [np.empty(0, dtype=np.int64)], [np.empty((0, 6))]
+    for part in parts_of(ends):
+        found = np.unique(keys[part])
+        counts.append(len(found))
+        cells.append(found)
+        sums += [slopes[part][keys[part] == cell].sum(axis=0)[None] for cell in found]
+    return np.cumsum(counts), np.concatenate(cells), np.concatenate(sums)
+
+
+def farthest(points: Array, before: Array, after: Array) -> float:
+    """How far a motion goes from another for any of points (N, 3), at most."""
+    moves = se3.apply(after, points) - se3.apply(before, points)
+    return float(np.linalg.norm(moves, axis=1).max(initial=0.0))

@@ -1,0 +1,40 @@
+"""The records that pass between the stages.
+
+All are frozen. Lengths are in the unit of the scans, which no stage needs to know; transforms are
+4x4, ``x_target = T_target_source @ x_source``. Arrays are float64 and must not be written to.
+"""
+
+from __future__ import annotations
+
+from mvreg.geometry.arrays import Array, Indices
+from mvreg.types.records import (
+    Candidates,
+    Link,
+    Matches,
+    Pair,
+    Registration,
+    Result,
+    Verdict,
+)
+from mvreg.types.scan import Scan, ScanSet
+from mvreg.types.view import Features, Model, Part, Sample, Scale, View
+
+__all__ = [
+    "Array",
+    "Candidates",
+    "Features",
+    "Indices",
+    "Link",
+    "Matches",
+    "Model",
+    "Pair",
+    "Part",
+    "Registration",
+    "Result",
+    "Sample",
+    "Scale",
+    "Scan",
+    "ScanSet",
+    "Verdict",
+    "View",
+]

@@ -1,0 +1,146 @@
+"""Raw range scans and sets of them, as they come from files.
+
+Checked once, when they are made; all else may then rely on finite coordinates. Public as part of
+`mvreg.types`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mvreg.errors import InputError
+from mvreg.geometry import se3
+from mvreg.geometry.arrays import Array
+from mvreg.types.lazy import lazy
+
+if TYPE_CHECKING:
+    from mvreg.kernels.tree import Tree
+
+
+@dataclass(frozen=True, eq=False)
+class Scan:
+    """Raw points of one range scan, in a frame of their own.
+
+    Parameters
+    ----------
+    name : str
+        Unique within a set; the file's name where there is one.
+    points : (N, 3) array
+        Finite coordinates, N >= 1.
+    view_direction : (3,) array, optional
+        Unit vector from the surface towards the sensor, for a sensor far away or orthographic.
+    view_point : (3,) array, optional
+        The sensor's position, for a central projection.
+
+    Raises
+    ------
+    InputError
+        If the points are not (N, 3), not finite or none at all.
+    """
+
+    name: str
+    points: Array
+    view_direction: Array | None = None
+    view_point: Array | None = None
+
+    def __post_init__(self) -> None:
+        try:
+            points = np.array(self.points, dtype=np.float64, order="C")
+        except (TypeError, ValueError):
+            raise InputError(
+                f"scan {self.name!r}: expected points as an array (N, 3) of numbers, got "
+                f"{type(self.points).__name__}"
+            ) from None
+        if points.ndim != 2 or points.shape[1] != 3:
+            raise InputError(f"scan {self.name!r}: expected points (N, 3), got {points.shape}")
+        if len(points) == 0:
+            raise InputError(f"scan {self.name!r}: expected at least one point, got none")
+        if not np.isfinite(points).all():
+            bad = int((~np.isfinite(points).all(axis=1)).sum())
+            raise InputError(
+                f"scan {self.name!r}: {bad} of {len(points)} points are NaN or infinite; "
+                "drop them first"
+            )
+        points.flags.writeable = False  # the trees and the views share them
+        object.__setattr__(self, "points", points)
+        for key in ("view_direction", "view_point"):
+            vector = getattr(self, key)
+            if vector is None:
+                continue
+            vector = np.array(vector, dtype=np.float64)
+            if vector.shape != (3,) or not np.isfinite(vector).all():
+                raise InputError(f"scan {self.name!r}: expected {key} of 3 numbers, got {vector}")
+            object.__setattr__(self, key, vector)
+        if self.view_direction is not None:
+            norm = np.linalg.norm(self.view_direction)
+            if norm == 0:
+                raise InputError(f"scan {self.name!r}: view_direction is the zero vector")
+            object.__setattr__(self, "view_direction", self.view_direction / norm)
+
+    @lazy
+    def tree(self) -> Tree:
+        """k-d tree over `points`."""
+        from mvreg.geometry.nearest import build_tree
+
+        return build_tree(self.points)
+
+    @lazy
+    def spacing(self) -> float:
+        """Mean distance of a point to the nearest other one (length), `nearest.mean_spacing`."""
+        from mvreg.geometry.nearest import mean_spacing
+
+        return mean_spacing(self.points, self.tree)
+
+    @property
+    def knows_sensor(self) -> bool:
+        """Whether the sensor's direction or position is known."""
+        return self.view_direction is not None or self.view_point is not None
+
+    def moved(self, transform: Array) -> Scan:
+        """The same scan in another frame: points and sensor move together."""
+        direction, point = self.view_direction, self.view_point
+        return replace(
+            self,
+            points=se3.apply(transform, self.points),
+            view_direction=None if direction is None else transform[:3, :3] @ direction,
+            view_point=None if point is None else se3.apply(transform, point[None])[0],
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class ScanSet:
+    """What a data set hands over: scans in the order given, and the truth where it is known.
+
+    `poses` maps scan names to ground truth ``T_world_scan`` (4, 4); it may miss scans.
+    `unit` is the unit of length ("mm"), or "file" for the files' own, whatever it is.
+    `objects` maps scan names to the name of the object that they show, each of which has a world
+    frame of its own: poses of different objects do not compare, and a result that puts two of
+    them into one frame is wrong. None where all scans are of one object.
+    `motions` maps the names of scans that were moved since they were read to ``T_scan_read``
+    (4, 4): errors are told for the frames that the files have.
+    """
+
+    name: str
+    scans: tuple[Scan, ...]
+    unit: str = "file"
+    poses: Mapping[str, Array] | None = None
+    objects: Mapping[str, str] | None = None
+    motions: Mapping[str, Array] = field(default_factory=dict)
+
+    def as_read(self, poses: Mapping[str, Array]) -> dict[str, Array]:
+        """Poses ``T_any_scan`` (4, 4) as those of the same scans before they were moved."""
+        return {
+            name: pose @ self.motions[name] if name in self.motions else pose
+            for name, pose in poses.items()
+        }
+
+    def truth_beside(self, scan: str) -> Mapping[str, Array] | None:
+        """The true poses of the scans that show the same object as `scan`; None where unknown."""
+        if self.poses is None or self.objects is None:
+            return self.poses
+        shown = self.objects.get(scan)
+        return {name: T for name, T in self.poses.items() if self.objects.get(name) == shown}

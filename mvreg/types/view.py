@@ -1,0 +1,115 @@
+"""Scans prepared for registration, and the model that they are merged into.
+
+Public as part of `mvreg.types`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mvreg.geometry.arrays import Array
+from mvreg.types.lazy import lazy
+from mvreg.types.scan import Scan
+
+if TYPE_CHECKING:
+    from mvreg.kernels.tree import Tree
+
+
+@dataclass(frozen=True)
+class Scale:
+    """The two lengths that every parameter is relative to, common to all the scans of a run.
+
+    `spacing` is the grid step of the keypoints (the paper's sampling, g); `resolution` the median
+    over the scans of the mean nearest-neighbour distance of their registration points.
+    """
+
+    spacing: float
+    resolution: float
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """One scan down-sampled: registration points (N, 3) and keypoint candidates (K, 3)."""
+
+    points: Array
+    keypoints: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Features:
+    """Described keypoints of one scan.
+
+    `keypoints` (K, 3); `normals` (K, L, 3), unit, one per scale; `descriptors` (K, D), invariant
+    under rigid motion; `oriented` is False where the normals' signs mean nothing.
+    """
+
+    keypoints: Array
+    normals: Array
+    descriptors: Array
+    oriented: bool
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """A scan prepared for registration, or the merged model, in a frame of its own.
+
+    `points` (N, 3) with unit `normals` (N, 3) for refinement; `features` for the search;
+    `resolution` is the mean nearest-neighbour distance of `points`, the paper's d_Q. `scan` has all
+    the raw points in the same frame, and what is known of the sensor; None for a merged view.
+    """
+
+    name: str
+    points: Array
+    normals: Array
+    features: Features
+    resolution: float
+    scale: Scale
+    scan: Scan | None = None
+
+    @lazy
+    def tree(self) -> Tree:
+        """k-d tree over `points`."""
+        from mvreg.geometry.nearest import build_tree
+
+        return build_tree(self.points)
+
+    @lazy
+    def keypoint_tree(self) -> Tree:
+        """k-d tree over the keypoints."""
+        from mvreg.geometry.nearest import build_tree
+
+        return build_tree(self.features.keypoints)
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A view in a model, and where it is: `T_model_scan` (4, 4)."""
+
+    view: View
+    T_model_scan: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Model(View):
+    """The merged view in the model frame, and the views that it is made of, in order.
+
+    `parts` are as they were when they were merged in: what each sensor saw is not lost.
+    """
+
+    parts: tuple[Part, ...] = ()
+
+    @property
+    def members(self) -> tuple[str, ...]:
+        """The names of the parts, in order."""
+        return tuple(part.view.name for part in self.parts)
+
+    @classmethod
+    def of(cls, view: View) -> Model:
+        """The model that consists of one view, in that view's frame."""
+        return cls(
+            "model", view.points, view.normals, view.features, view.resolution, view.scale,
+            parts=(Part(view, np.eye(4)),),
+        )  # fmt: skip

@@ -1,0 +1,204 @@
+"""The kernel of the evidence against its reference."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mvreg.geometry import se3
+from mvreg.kernels import evidence
+from mvreg.kernels.tree import Tree
+from mvreg.testing import overlap
+from mvreg.testing.reference import evidence as plain
+
+quick = settings(max_examples=60, deadline=None)
+rngs = st.integers(0, 2**32 - 1).map(np.random.default_rng)
+sensors = st.sampled_from(["far", "near", "inside"])
+
+
+def sheet(rng, count, stray):
+    """Points of a bumpy sheet in any frame, and some that are far off."""
+    flat = rng.uniform(-1, 1, size=(count, 2))
+    points = np.column_stack([flat, 0.2 * np.sin(3 * flat).sum(axis=1)])
+    points[: int(stray * count)] *= 50
+    return se3.apply(se3.random(rng, 3.0), points)
+
+
+def sensor_of(kind, points, rng):
+    """A direction or an origin."""
+    if kind == "far":
+        direction = rng.normal(size=3)
+        return direction / np.linalg.norm(direction), None
+    return None, points.mean(axis=0) + (5.0 if kind == "near" else 0.3) * rng.normal(size=3)
+
+
+@quick
+@given(rngs, sensors, st.integers(1, 800), st.sampled_from([0.0, 0.02]), st.integers(1, 9),
+       st.sampled_from([0.01, 0.1, 0.5, 5.0]))  # fmt: skip
+def test_rays(rng, kind, count, stray, most, reach):
+    seen = sheet(rng, count, stray)
+    sensor = sensor_of(kind, seen, rng)
+    points = seen[rng.integers(count, size=50)] + reach * rng.normal(size=(50, 3))
+    found = evidence.Rays(seen, *sensor, reach).nearby(points, most)
+    expected = plain.nearby(seen, *sensor, reach, points, most)
+    for one, other in zip(found, expected, strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-9)
+
+
+@pytest.mark.parametrize("reach", [0.0, 1e-9, 1e9])
+def test_rays_of_next_to_nothing(reach):
+    up, points = np.array([0.0, 0, 1]), np.zeros((3, 3))
+    for sensor in ((up, None), (None, up), (None, np.zeros(3))):
+        for seen in (np.empty((0, 3)), points):
+            rays = evidence.Rays(seen, *sensor, reach)
+            height, low, high = rays.nearby(np.vstack([points, [[1e12, 0, 0]]]), 4)
+            assert np.isfinite(height).all()
+            answered = len(seen) > 0 and reach > 0
+            assert np.isfinite(low[:3]).all() == np.isfinite(high[:3]).all() == answered
+    with pytest.raises(ValueError, match="64 rays"):
+        rays.nearby(points, 65)
+
+
+@quick
+@given(rngs, st.booleans(), st.sampled_from([0.0, 0.3, 3.0, 100.0]))
+def test_a_look_at_a_surface(rng, oriented, shift):
+    pair = overlap()
+    source, target = pair.source, pair.target
+    points, normals = source.points[::7], source.normals[::7]
+    if not oriented:
+        normals = normals * rng.choice([-1.0, 1.0], size=(len(normals), 1))
+    pose, reach = pair.T_target_source.copy(), 2 * target.resolution
+    pose[:3, 3] += shift * target.resolution * rng.normal(size=3)
+    centre = points.mean(axis=0)
+    radius = np.linalg.norm(points - centre, axis=1).max()
+    rays = evidence.Rays(target.scan.points, target.scan.view_direction, None, reach / 2)
+    met, near, consistent, front, sums = evidence.look(
+        target.tree, target.normals, points, normals, centre, radius, pose, reach, 0.7, oriented,
+        rays, 4, reach,
+    )  # fmt: skip
+    expected = plain.look(
+        target.points, target.normals, points, normals, centre, pose, reach, 0.7, oriented
+    )
+    np.testing.assert_array_equal(met, expected[0])
+    assert near == expected[1]
+    np.testing.assert_allclose(sums, expected[2], atol=1e-9 * max(1, np.abs(expected[2]).max()))
+    height, low, high = rays.nearby(se3.apply(pose, points), 4)
+    assert front == (height > high + reach).sum()
+    assert consistent == ((height <= high + reach) & (height >= low - reach)).sum()
+    assert met.any() or shift > 1
+    blind = evidence.look(
+        target.tree, target.normals, points, normals, centre, radius, pose, reach, 0.7, oriented,
+        None, 4, reach,
+    )  # fmt: skip
+    assert blind[2:4] == (0, 0)
+    np.testing.assert_array_equal(blind[4], sums)
+
+
+def ball(points):
+    """Centre and radius of a ball around points."""
+    centre = points.mean(axis=0)
+    return centre, float(np.linalg.norm(points - centre, axis=1).max())
+
+
+@quick
+@given(rngs, sensors, sensors, st.sampled_from([0.0, 1.0, 4.0, 20.0]))
+def test_scans_that_may_not_meet_show_nothing_of_each_other(rng, kind, other_kind, shift):
+    moving, still = sheet(rng, 150, 0.0), sheet(rng, 150, 0.0)
+    pose = se3.random(rng, 1.0)
+    pose[:3, 3] = still.mean(axis=0) - pose[:3, :3] @ moving.mean(axis=0)
+    pose[:3, 3] += shift * rng.normal(size=3)
+    own, other = sensor_of(kind, moving, rng), sensor_of(other_kind, still, rng)
+    if evidence.may_meet(
+        *ball(moving), evidence.Rays(moving, *own, 0.2),
+        *ball(still), evidence.Rays(still, *other, 0.2), pose, 0.3,
+    ):  # fmt: skip
+        return
+    there, here = se3.apply(pose, moving), se3.apply(se3.invert(pose), still)
+    assert np.linalg.norm(there[:, None] - still[None], axis=2).min() > 0.3
+    assert np.isnan(plain.nearby(still, *other, 0.2, there, 4)[1]).all()
+    assert np.isnan(plain.nearby(moving, *own, 0.2, here, 4)[1]).all()
+
+
+def test_only_what_is_near_or_in_a_picture_may_meet():
+    points = np.random.default_rng(0).uniform(-1, 1, size=(300, 3))
+    near = evidence.Rays(points, None, np.array([0.0, 0, 10]), 0.1)
+    far = evidence.Rays(points, np.array([0.0, 0, 1]), None, 0.1)
+    for rays in (near, far, None):
+        for place, may in (([0, 0, 5], rays is not None), ([9, 0, 0], False), ([0.5, 0, 0], True)):
+            pose = se3.from_parts(np.eye(3), np.array(place, dtype=float))
+            one, other = (*ball(points), None), (*ball(points), rays)
+            assert evidence.may_meet(*one, *other, pose, 0.1) == may
+            assert evidence.may_meet(*other, *one, se3.invert(pose), 0.1) == may
+    among = se3.from_parts(np.eye(3), np.array([0.0, 0, 10]))  # the points are all about the sensor
+    assert evidence.may_meet(*ball(points), None, *ball(points), near, among, 0.1)
+
+
+@quick
+@given(rngs, sensors, st.sampled_from([0.0, 1.0, 4.0]))
+def test_a_look_into_any_picture(rng, kind, shift):
+    seen, points = sheet(rng, 200, 0.02), sheet(rng, 100, 0.0)
+    pose = se3.random(rng, 1.0)
+    pose[:3, 3] = seen[4:].mean(axis=0) - pose[:3, :3] @ points.mean(axis=0)
+    pose[:3, 3] += shift * rng.normal(size=3)
+    sensor = sensor_of(kind, seen, rng)
+    nothing = Tree(np.empty((0, 3))), np.empty((0, 3))
+    _, _, consistent, front, _ = evidence.look(
+        *nothing, points, np.ones_like(points), *ball(points), pose, 0.1, 0.7, True,
+        evidence.Rays(seen, *sensor, 0.2), 4, 0.1,
+    )  # fmt: skip
+    height, low, high = plain.nearby(seen, *sensor, 0.2, se3.apply(pose, points), 4)
+    assert front == (height > high + 0.1).sum()
+    assert consistent == ((height <= high + 0.1) & (height >= low - 0.1)).sum()
+
+
+@quick
+@given(rngs, st.sampled_from([0.0, 1.0, 100.0]), st.sampled_from([0.0, 0.5, 3.0]))
+def test_touch(rng, shift, reach):
+    pair = overlap()
+    source, target = pair.source, pair.target
+    pose = pair.T_target_source.copy()
+    pose[:3, 3] += shift * target.resolution * rng.normal(size=3)
+    some = source.points[::7], source.normals[::7], pose, reach * target.resolution, 0.7
+    which, heights = evidence.touch(target.tree, target.normals, *some)
+    expected = plain.touch(target.points, target.normals, *some)
+    np.testing.assert_array_equal(which, expected[0])
+    np.testing.assert_allclose(heights, expected[1], atol=1e-9)
+    assert len(which) or shift or reach < 3
+
+
+@pytest.mark.parametrize("points", [np.empty((0, 3)), np.zeros((2, 3))])
+def test_little_touches_nothing(points):
+    up = np.tile([0.0, 0, 1], (len(points), 1))
+    nothing = Tree(np.empty((0, 3))), np.empty((0, 3))
+    assert len(evidence.touch(*nothing, points, up, np.eye(4), 1.0, 0.7)[0]) == 0
+    met, *counts, sums = evidence.look(
+        *nothing, points, up, np.zeros(3), 0.0, np.eye(4), 1.0, 0.7, True, None, 4, 1.0
+    )
+    assert counts == [0, 0, 0]
+    assert not met.any() and not sums.any()
+
+
+@quick
+@given(rngs, st.integers(0, 200))
+def test_box(rng, count):
+    points, motion = rng.normal(size=(count, 3)), se3.random(rng, 10.0)
+    found, expected = evidence.box(points, motion), plain.box(points, motion)
+    for one, other in zip(found, expected, strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-12)
+
+
+def test_a_motion_has_four_rows_and_columns():
+    with pytest.raises(ValueError, match=r"expected a motion \(4, 4\), got \(3, 3\)"):
+        evidence.box(np.zeros((2, 3)), np.eye(3))
+
+
+@quick
+@given(rngs, st.integers(1, 400), st.sampled_from([0.02, 0.2, 3.0]))
+def test_hidden(rng, count, cell):
+    points = sheet(rng, count, 0.01)
+    landmark = rng.normal(size=3)
+    directions = rng.normal(size=(6, 3))
+    directions[0] = landmark
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    found = evidence.hidden(points, directions, landmark, cell, 2 * cell)
+    np.testing.assert_allclose(found, plain.hidden(points, directions, landmark, cell, 2 * cell))

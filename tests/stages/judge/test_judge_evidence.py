@@ -1,0 +1,171 @@
+"""The judge by evidence: probable, no rival, loops close; against scans and models with parts."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mvreg.errors import InputError
+from mvreg.evidence.pooled import weigh
+from mvreg.evidence.pooling import ROUGH
+from mvreg.geometry import se3
+from mvreg.stages.judge.evidence import EvidenceJudge, distance, meetings, path
+from mvreg.testing import blob_scans, blob_views, overlap
+from mvreg.testing.scans import blob_scan, plane_scans, sensor_pose
+from mvreg.testing.views import pipeline, registration
+from mvreg.types import Model, Part
+
+
+def found(pose=None):
+    pair = overlap()
+    pose = pair.T_target_source if pose is None else pose
+    return registration(pair.source, pair.target, pose)
+
+
+def judged(one, accepted=(), **parameters):
+    pair = overlap()
+    return EvidenceJudge(**parameters)(one, pair.source, pair.target, accepted)
+
+
+def turned(degrees, pose):
+    """A pose after a turn of the source about its middle."""
+    middle = overlap().source.points.mean(axis=0)
+    turn = se3.exp(np.array([np.deg2rad(degrees), 0, 0, 0, 0, 0]))
+    return pose @ se3.from_parts(turn[:3, :3], middle - turn[:3, :3] @ middle)
+
+
+def test_a_right_pose_is_reliable_and_says_how_much():
+    verdict = judged(found())
+    assert verdict.reliable
+    assert verdict.confidence > 0.9
+    assert verdict.score == pytest.approx(1 - verdict.confidence)
+    assert verdict.threshold == pytest.approx(1 - EvidenceJudge().min_probability)
+    assert verdict.evidence["overlap"] > 0.6
+
+
+def test_a_right_pose_is_not_reliable_enough_for_every_wish():
+    # Slightly off, so that the probability is not one.
+    pose = overlap().T_target_source.copy()
+    pose[:3, 3] += 0.4 * overlap().target.scale.resolution
+    confidence = judged(found(pose)).confidence
+    assert 0 < confidence < 1
+    wish = min(confidence + (1 - confidence) / 2, 1 - 1e-12)
+    assert not judged(found(pose), min_probability=wish).reliable
+
+
+def test_a_rival_as_probable_makes_it_ambiguous():
+    pose = overlap().T_target_source
+    weak, strong = turned(90, pose), turned(0, pose)
+    one = replace(found(), rivals=np.array([weak]))
+    assert judged(one).reliable, "a rival that does not fit is none"
+    near = replace(found(), rivals=np.array([turned(2, pose), strong]))
+    assert judged(near).reliable, "the same pose once more is no rival"
+    # The rival is right, and clearly different from what was found.
+    other = replace(found(weak), rivals=np.array([pose]))
+    verdict = judged(other)
+    assert not verdict.reliable
+    assert verdict.reason.startswith("ambiguous")
+    assert verdict.confidence < 0.5
+
+
+def test_a_rough_look_at_a_rival_tells_what_a_whole_one_does():
+    pair, judge = overlap(), EvidenceJudge()
+    for degrees, likely in ((0, True), (1, True), (25, False), (90, False)):
+        pose = turned(degrees, pair.T_target_source)
+        whole = weigh(meetings(pair.source, pair.target, pose))
+        rough = weigh(meetings(pair.source, pair.target, pose, ROUGH))
+        assert rough.plausibility == pytest.approx(whole.plausibility, abs=0.05)
+        assert rough.points == pytest.approx(whole.points, rel=0.2, abs=5 * ROUGH)
+        told = judge.likelihood(pair.source, pair.target, pose)
+        assert told == (whole if likely else rough).plausibility
+
+
+def test_parts_that_cannot_be_met_are_not_asked():
+    pair = overlap()
+    aside = se3.from_parts(np.eye(3), 100 * pair.source.scale.spacing * np.array([0, 0, 1.0]))
+    model = replace(
+        Model.of(pair.target), parts=(Part(pair.target, np.eye(4)), Part(pair.target, aside))
+    )
+    asked = meetings(pair.source, model, pair.T_target_source)
+    assert [meeting.target for meeting in asked] == [pair.target]
+    alone = meetings(pair.source, pair.target, pair.T_target_source)
+    assert weigh(asked) == weigh(alone)
+
+
+def test_a_loop_that_does_not_close_is_seen():
+    pair, pose = overlap(), overlap().T_target_source
+    middle = blob_views()[2].name
+    truth = blob_scans(3).poses
+    to_middle = se3.invert(truth[middle]) @ truth[pair.source.name]
+    onwards = se3.invert(truth[pair.target.name]) @ truth[middle]
+    first = replace(found(to_middle), target=middle)
+    second = replace(found(onwards), source=middle)
+    assert judged(found(), [first, second]).reliable
+    # The same, told the other way round.
+    reverse = replace(found(se3.invert(onwards)), source=pair.target.name, target=middle)
+    assert judged(found(), [first, reverse]).reliable
+    wrong = replace(second, T_target_source=turned(20, onwards))
+    verdict = judged(found(), [first, wrong])
+    assert not verdict.reliable
+    assert "loop" in verdict.reason
+    assert judged(found(), [first, wrong], loop_tolerance=1e3).reliable
+    assert judged(found(), [wrong]).reliable, "no loop yet"
+    assert path(pair.source.name, pair.target.name, [first, second])[1] == 2
+    np.testing.assert_allclose(onwards @ to_middle, pose, atol=1e-9)
+
+
+def test_of_a_model_every_part_has_a_say():
+    source, first, second = blob_views()
+    truth = blob_scans(3).poses
+    base = se3.invert(truth[first.name])
+    parts = tuple(Part(view, base @ truth[view.name]) for view in (first, second))
+    model = replace(Model.of(first), parts=parts)
+    pose = base @ truth[source.name]
+    met = meetings(source, model, pose)
+    assert [m.target for m in met] == [first, second]
+    for meeting, part in zip(met, parts, strict=True):
+        np.testing.assert_allclose(part.T_model_scan @ meeting.T_target_source, pose, atol=1e-9)
+    verdict = EvidenceJudge()(registration(source, first, pose), source, model, ())
+    assert verdict.reliable
+    alone = EvidenceJudge()(registration(source, first, pose), source, first, ())
+    assert verdict.evidence["points"] > alone.evidence["points"]
+    bare = replace(model, parts=())
+    assert [m.target for m in meetings(source, bare, pose)] == [bare]
+
+
+@pytest.mark.parametrize("shape", ["plane", "sphere"])
+def test_what_slides_along_itself_is_ambiguous(shape):
+    scans, pose = plane_scans(2, side=60).scans, None
+    if shape == "sphere":
+        scans = [blob_scan(sensor_pose(a), name=f"s{a}", relief=0.0) for a in (0, 40)]
+        pose = np.eye(4)
+    else:
+        truth = plane_scans(2, side=60).poses
+        pose = se3.invert(truth["plane_1"]) @ truth["plane_0"]
+    source, target = pipeline().prepare(list(scans), np.random.default_rng(0))
+    verdict = EvidenceJudge()(registration(source, target, pose), source, target, ())
+    assert not verdict.reliable
+    assert verdict.reason.startswith("ambiguous")
+    assert verdict.confidence < 0.5
+
+
+def test_distance_is_that_of_the_points():
+    pair = overlap()
+    shift = se3.from_parts(np.eye(3), np.array([3.0, 4.0, 0.0]))
+    assert distance(pair.source, shift, np.eye(4)) == pytest.approx(5.0)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"min_probability": 0.0},
+        {"min_probability": 1.0},
+        {"max_rival": -0.1},
+        {"rival_angle": 0.0},
+        {"rival_distance": -1.0},
+        {"loop_tolerance": 0.0},
+    ],
+)
+def test_parameters_are_checked(wrong):
+    with pytest.raises(InputError, match=next(iter(wrong))):
+        EvidenceJudge(**wrong)

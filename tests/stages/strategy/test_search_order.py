@@ -1,0 +1,55 @@
+"""The order of attempts, kept up to date group by group, against one that is told from scratch."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mvreg.stages.strategy.best_first.partial_models import PartialModels
+from mvreg.stages.strategy.best_first.search import Search
+from mvreg.testing import blob_views
+
+
+def from_scratch(search):
+    """What `Search.next` says, from the promises alone."""
+    models, found = search.models, []
+    sizes = {int(g): len(models.members(int(g))) for g in models.group}
+    for members in models.groups():
+        label = int(models.group[members[0]])
+        for source, own in enumerate(models.group.tolist()):
+            if own == label or sizes[own] > sizes[label]:
+                continue
+            if search.failures[source] >= search.patience + sizes[own] - 1:
+                continue
+            best = search.promises[source, members].max()
+            found.append((best * search.factor[source], source, members))
+    for _, source, members in sorted(found, key=lambda one: -one[0]):
+        for targets in search.targets(source, members):
+            if (source, frozenset(targets)) not in search.tried:
+                return source, targets
+    return None
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_next_attempt_is_the_one_that_promises_most(seed):
+    rng, view = np.random.default_rng(seed), blob_views()[0]
+    count = 14
+    models = PartialModels([replace(view, name=str(k)) for k in range(count)])
+    promises = rng.random((count, count))
+    if seed % 2:
+        promises = np.round(4 * promises) / 4  # of equals the first
+    promises = np.triu(promises, 1) + np.triu(promises, 1).T
+    search = Search(promises, models, parts=3, patience=6)
+    attempts = joins = 0
+    while (found := search.next()) is not None:
+        assert found == from_scratch(search)
+        attempts += 1
+        if rng.random() < 0.3:
+            models.join(found[0], found[1][0], np.eye(4))
+            search.joined()
+            joins += 1
+            if rng.random() < 0.2:
+                models.leave(int(rng.integers(count)))
+        else:
+            search.failed(*found)
+    assert attempts > 25 and joins > 5

@@ -1,0 +1,87 @@
+"""Plugins made up for tests: as objects in this process, or installed for a subprocess."""
+
+import os
+import subprocess
+import sys
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from mvreg.errors import InputError
+from mvreg.plugins import builtin, manager
+from mvreg.plugins.registry import register_all
+
+
+@dataclass(frozen=True)
+class Half:
+    """Keep half of it.
+
+    More text that a list does not show.
+    """
+
+    share: float = 0.5
+    label: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.share > 1:
+            raise InputError(f"refine.share: expected at most 1, got {self.share}")
+        if self.share < 0:
+            raise ValueError("negative")
+
+    def __call__(self) -> None: ...
+
+
+@dataclass(frozen=True)
+class Needy:
+    """Cannot do without a path."""
+
+    path: str
+
+    def __call__(self) -> None: ...
+
+
+def plugin_with(table: object = None, path: object = None) -> SimpleNamespace:
+    """A plugin as an object; like a module it carries plain functions."""
+    plugin = SimpleNamespace()
+    if table is not None:
+        plugin.mvreg_stages = lambda: table
+    if path is not None:
+        plugin.mvreg_config_path = lambda: path
+    return plugin
+
+
+def use(monkeypatch: pytest.MonkeyPatch, **named: object) -> manager.Manager:
+    """Let this process have the built-in stages and the plugins given, and no others."""
+    made = manager.Manager()
+    made.add(builtin, "mvreg", "mvreg 0")
+    for name, plugin in named.items():
+        made.add(plugin, name, f"dist-{name} 0.3")
+    monkeypatch.setattr(manager, "current", lambda: made)
+    monkeypatch.setattr(manager, "stages", cache(lambda: register_all(made)))
+    return made
+
+
+def install(folder: Path, name: str, source: str) -> None:
+    """A module `name` and its metadata, as pip would put them into a folder of packages."""
+    (folder / f"{name}.py").write_text(source)
+    info = folder / f"{name}-0.3.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: dist-{name}\nVersion: 0.3\n")
+    (info / "entry_points.txt").write_text(f"[mvreg]\n{name} = {name}\n")
+
+
+def mvreg(*words: str, packages: Path | None = None, cwd: Path) -> subprocess.CompletedProcess[str]:
+    """Run ``python -m mvreg`` with a folder of packages beside the installed ones."""
+    path = os.pathsep.join(filter(None, [str(packages or ""), os.environ.get("PYTHONPATH")]))
+    return subprocess.run(
+        [sys.executable, "-m", "mvreg", *words],
+        cwd=cwd,
+        env={**os.environ, "PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
