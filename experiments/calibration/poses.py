@@ -21,7 +21,6 @@ from experiments.calibration.raw_pairs import LEAST, true_overlap
 from experiments.calibration.scenes import Scene, pairs_of, scene
 from mvreg.geometry import se3
 from mvreg.geometry.nearest import nearest
-from mvreg.stages.refine.plane_base import about
 from mvreg.types import Array, Registration, View
 
 #: What is right: degrees, mm.
@@ -117,7 +116,7 @@ def slide(
     twist = vectors[:, int(rng.integers(3))] * np.repeat([1 / radius, 1.0], 3)
     motion = np.cross(twist[:3], offsets) + twist[3:]
     twist *= length / np.sqrt((motion**2).sum(axis=1).mean())
-    return about(centre, se3.exp(twist)) @ pose
+    return se3.about(centre, se3.exp(twist)) @ pose
 
 
 def compare(found: Scene, source: View, target: View, kind: str, pose: Array) -> Pose:

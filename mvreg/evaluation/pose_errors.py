@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mvreg.geometry import se3
-from mvreg.surface.overlap import Consistency as Consistency
-from mvreg.surface.overlap import consistency as consistency
+from mvreg.surface.consistency import Consistency as Consistency
+from mvreg.surface.consistency import consistency as consistency
 from mvreg.types import Array, Result, ScanSet
 
 

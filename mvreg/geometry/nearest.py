@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mvreg.geometry.arrays import Array, Indices
 from mvreg.parallel import in_threads, slices, threads
-from mvreg.types import Array, Indices, Scan
 
 if TYPE_CHECKING:
     from mvreg.kernels.tree import Tree
@@ -103,14 +103,10 @@ def mean_spacing(points: Array, tree: Tree | None = None, most: int = 5000) -> f
 
 def median_spacing(clouds: Sequence[Array]) -> float:
     """Median over the clouds of `mean_spacing`: one length for a whole set."""
-    return _median(in_threads(mean_spacing, clouds))
+    return median_positive(in_threads(mean_spacing, clouds))
 
 
-def raw_resolution(scans: Sequence[Scan]) -> float:
-    """Median over the scans of the `mean_spacing` of their raw points (length)."""
-    return _median(in_threads(lambda scan: scan.spacing, scans))
-
-
-def _median(spacings: Sequence[float]) -> float:
+def median_positive(spacings: Sequence[float]) -> float:
+    """Median of the spacings above zero; zero where there is none."""
     known = [spacing for spacing in spacings if spacing > 0]
     return float(np.median(known)) if known else 0.0

@@ -181,3 +181,9 @@ def log(transform: Array) -> Array:
     inverse = np.eye(3) - cross / 2 + _series(angle)[3] * (cross @ cross)
     shift = (inverse @ transform[..., :3, 3:])[..., 0]
     return np.concatenate([vector, shift], axis=-1)
+
+
+def about(centre: Array, motion: Array) -> Array:
+    """A motion (4, 4) found in coordinates about a centre (3,), in those about the origin."""
+    rotation = motion[:3, :3]
+    return from_parts(rotation, centre + motion[:3, 3] - rotation @ centre)

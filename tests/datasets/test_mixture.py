@@ -158,7 +158,7 @@ def test_real_scans_are_mixed(data_root):
 
 
 def test_the_command_line_mixes(tmp_path, monkeypatch):
-    from mvreg.cli import main
+    from mvreg.cli.main import main
     from mvreg.report.json_file import load_report
 
     monkeypatch.chdir(tmp_path)

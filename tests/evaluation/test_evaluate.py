@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 
 from mvreg.evaluation.pose_errors import consistency, pose_errors, result_errors
 from mvreg.geometry import se3
+from mvreg.surface import consistency as surface_consistency
 from mvreg.surface import overlap
-from mvreg.surface.overlap import closeness
+from mvreg.surface.consistency import closeness
 from mvreg.types import Features, Result, Scale, ScanSet, View
 
 
@@ -192,7 +193,7 @@ def test_far_pairs_cost_no_query(monkeypatch):
     views = [plate(str(k), corner=(15.0 * k, 0)) for k in range(12)]
     calls = []
     monkeypatch.setattr(
-        overlap,
+        surface_consistency,
         "touch",
         lambda source, target, transform, reach, most: (
             calls.append((reach, most)),
@@ -210,7 +211,9 @@ def test_closeness_asks_fewer_points_a_pair_of_many_views(monkeypatch, count, mo
     views = [plate(str(k), corner=(0, 0)) for k in range(2)]
     far = [replace(views[0], name=f"far {k}") for k in range(count - 2)]
     calls, touch = [], overlap.touch
-    monkeypatch.setattr(overlap, "touch", lambda *args: calls.append(args[-1]) or touch(*args))
+    monkeypatch.setattr(
+        surface_consistency, "touch", lambda *args: calls.append(args[-1]) or touch(*args)
+    )
     poses = {view.name: np.eye(4) for view in views}
     poses |= {
         v.name: se3.from_parts(np.eye(3), np.full(3, 1e3 * (k + 1))) for k, v in enumerate(far)

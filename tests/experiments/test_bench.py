@@ -179,7 +179,7 @@ def test_only_what_compares_with_the_last_run_is_told():
 def test_the_name_of_the_code_follows_the_code(tmp_path):
     from experiments.bench.records import digest
 
-    (tmp_path / "experiments").mkdir()
+    (tmp_path / "experiments" / "bench").mkdir(parents=True)
     (tmp_path / "mvreg" / "tests").mkdir(parents=True)
     for name in ("experiments/bench/child.py", "mvreg/a.py", "mvreg/tests/b.py", "mvreg/c.md"):
         (tmp_path / name).write_text("1")
@@ -258,7 +258,7 @@ def test_the_page_has_tables_figures_and_where_it_all_comes_from(tmp_path):
     assert "0.01 cores were busy with something else at the most" in text
     assert re.findall(r"!\[.*\]\((.*)\)", text) == ["bench_scans.png", "bench_points.png"]
     assert all((out / name).is_file() for name in ("bench_scans.png", "bench_points.png"))
-    assert "(run.md)" in (out / "README.md").read_text()
+    assert "(bench.md)" in (out / "README.md").read_text()
     before = {file.name: file.read_bytes() for file in out.iterdir()}
     write(tmp_path / "bench/bench.json", out, figures=True)
     assert {file.name: file.read_bytes() for file in out.iterdir()} == before

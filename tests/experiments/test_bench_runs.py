@@ -153,9 +153,9 @@ def test_true_poses_put_the_column_together_and_far_scans_share_nothing(tmp_path
 
 
 def test_the_column_can_be_kept_by_a_command(tmp_path):
-    script = str(EXPERIMENTS / "bench_column.py")
-    words = [str(tmp_path), "--views=1", "--points=500", "--step=6"]
-    subprocess.run([sys.executable, script, *words], check=True, timeout=120)
+    words = ["-m", "experiments.bench.column", str(tmp_path)]
+    words += ["--views=1", "--points=500", "--step=6"]
+    subprocess.run([sys.executable, *words], check=True, timeout=120, cwd=EXPERIMENTS.parent)
     assert [file.name for file in tmp_path.iterdir()] == ["column_000.npz"]
 
 

@@ -1,6 +1,7 @@
 import re
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint, version
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -145,13 +146,13 @@ def test_a_hook_that_fails_is_named():
 
 
 def test_observers_see_the_events_of_one_run_in_the_order_given(monkeypatch):
-    manager = use(monkeypatch)
+    in_use = use(monkeypatch)
     log = []
     with manager.observing(Seen(log, "first"), Seen(log, "second")):
         manager.emit(EVENT)
     manager.emit(EVENT)
     assert log == [("first", EVENT), ("second", EVENT)]
-    assert manager.hook.mvreg_event.get_hookimpls() == []
+    assert in_use.hook.mvreg_event.get_hookimpls() == []
 
 
 def test_an_observer_that_fails_is_switched_off_and_reported_once(monkeypatch):
@@ -180,24 +181,24 @@ def test_a_plugin_whose_observer_fails_keeps_its_stages(monkeypatch):
 
 
 def test_ctrl_c_in_an_observer_is_not_swallowed(monkeypatch):
-    manager = use(monkeypatch)
+    in_use = use(monkeypatch)
     with (
         pytest.raises(KeyboardInterrupt),
         manager.observing(Seen([], error=KeyboardInterrupt())),
     ):
         manager.emit(EVENT)
-    assert manager.hook.mvreg_event.get_hookimpls() == []
+    assert in_use.hook.mvreg_event.get_hookimpls() == []
 
 
 def test_an_observer_with_a_misspelt_hook_leaves_no_other_behind(monkeypatch):
-    manager = use(monkeypatch)
+    in_use = use(monkeypatch)
     odd = SimpleNamespace(mvreg_events=lambda event: None)
     with (
         pytest.raises(PluginError, match="did you mean 'mvreg_event'"),
         manager.observing(odd, Seen([])),
     ):
         raise AssertionError
-    assert manager.hook.mvreg_event.get_hookimpls() == []
+    assert in_use.hook.mvreg_event.get_hookimpls() == []
 
 
 BROKEN = {
@@ -205,7 +206,8 @@ BROKEN = {
     "quits": ("raise SystemExit(0)", "cannot be imported.*SystemExit"),
     "misspelt": ("def mvreg_stags(): return {}", "mvreg_stags.*mvreg_stages"),
     "doubles": (
-        "from mvreg.stages.refine import ICP\ndef mvreg_stages(): return {'refine/icp': ICP}",
+        "from mvreg.stages.refine.trimmed import ICP\n"
+        "def mvreg_stages(): return {'refine/icp': ICP}",
         "'refine/icp' is registered twice.*'mvreg'",
     ),
 }
@@ -226,7 +228,7 @@ def test_an_installed_plugin_that_is_broken_is_named_without_a_traceback(name, t
 def test_an_installed_plugin_is_listed_with_its_distribution(tmp_path):
     install(tmp_path, "helpful", "from fake_plugins import plugin_with, Half\n"
             "mvreg_stages = plugin_with({'refine/half': Half}).mvreg_stages\n")  # fmt: skip
-    packages = f"{tmp_path}:{__file__.rpartition('/')[0]}"
+    packages = f"{tmp_path}:{Path(__file__).parents[1] / 'support'}"
     done = mvreg("plugins", "refine", packages=packages, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "refine=half  [helpful, dist-helpful 0.3]\n      Keep half of it.\n" in done.stdout

@@ -10,8 +10,9 @@ from types import SimpleNamespace
 
 import pytest
 
+from mvreg import builtin
 from mvreg.errors import InputError
-from mvreg.plugins import builtin, manager
+from mvreg.plugins import manager
 from mvreg.plugins.registry import register_all
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,8 @@ from mvreg.geometry import se3
 from mvreg.stages.adjust import view_graph
 from mvreg.stages.adjust.dense import dense
 from mvreg.stages.adjust.view_graph import Edge
-from mvreg.surface.overlap import closeness
+from mvreg.surface.consistency import closeness
+from mvreg.surface.displacement import STILL, farthest
 from mvreg.types import Array, Result, View
 
 if TYPE_CHECKING:
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
 STEPS = 20
 #: Steps shorter than this (radians, and lengths relative to the motions' own) are rounding.
 ROUNDING = 1e-12
-#: The poses stand still when no point moves farther in one round than this (resolutions).
-STILL = 0.05
 
 
 def average(
@@ -104,8 +103,9 @@ class MotionAveraging:
         Measure against all the raw points of the target. The papers measure against the thinned
         scan; point-to-point refinement then leaves the Bunny worse than the growing strategy did.
     guarded : bool
-        Undo a round after which the surfaces lie worse on each other, see `surfaces.closeness`,
-        and stop. The papers do not look; but a few motions measured wrongly turn all poses askew.
+        Undo a round after which the surfaces lie worse on each other, see
+        `mvreg.surface.consistency.closeness`, and stop. The papers do not look; but a few motions
+        measured wrongly turn all poses askew.
     """
 
     min_overlap: float = 0.5
@@ -155,19 +155,6 @@ class MotionAveraging:
             return result
         found = dict(zip(names, motions, strict=True))
         return replace(result, poses={name: found[name] for name in result.poses}, model=None)
-
-
-def farthest(
-    views: Sequence[View], before: Mapping[str, Array], after: Mapping[str, Array]
-) -> float:
-    """How far any point of the views is from where it was, in resolutions."""
-    moves = [0.0]
-    for view in views:
-        if len(view.points) and view.scale.resolution > 0:
-            was = se3.apply(before[view.name], view.points)
-            gap = se3.apply(after[view.name], view.points) - was
-            moves.append(float(np.linalg.norm(gap, axis=1).max()) / view.scale.resolution)
-    return max(moves)
 
 
 @dataclass(frozen=True)

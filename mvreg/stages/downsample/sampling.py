@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mvreg.errors import check_positive
-from mvreg.geometry.nearest import raw_resolution
 from mvreg.stages.downsample.voxels import spacing_for_ratio, voxel_centroids
+from mvreg.surface.spacing import raw_resolution
 from mvreg.types import Sample, Scan
 
 #: Keypoints any denser, one in so many points, would have too few neighbours to describe them.

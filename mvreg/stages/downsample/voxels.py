@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from mvreg.geometry.nearest import raw_resolution
 from mvreg.kernels.grid import Cells
 from mvreg.parallel import in_threads
+from mvreg.surface.spacing import raw_resolution
 from mvreg.types import Array, Scan
 
 #: Cells with less than this share of the points of a cell on the surface are left out, and cells

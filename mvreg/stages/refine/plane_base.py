@@ -72,12 +72,6 @@ def smallest_step(points: Array, gaps: Array, directions: Array, longest: float)
     return step
 
 
-def about(centre: Array, motion: Array) -> Array:
-    """A motion (4, 4) found in coordinates about a centre (3,), in those about the origin."""
-    rotation = motion[:3, :3]
-    return se3.from_parts(rotation, centre + motion[:3, 3] - rotation @ centre)
-
-
 @dataclass(frozen=True)
 class PlaneICP(TrimmedICP, ABC):
     """What the refinements by planes have in common; see `refine_planes.PointToPlane`.
@@ -132,6 +126,6 @@ class PlaneICP(TrimmedICP, ABC):
         """The next step (4, 4): one of Gauss-Newton, that moves points by `longest` at most."""
         centre = pairs.moved.mean(axis=0)
         gaps = pairs.moved - pairs.partners
-        return about(
+        return se3.about(
             centre, se3.exp(smallest_step(pairs.moved - centre, gaps, pairs.directions, longest))
         )

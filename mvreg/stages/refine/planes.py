@@ -16,7 +16,7 @@ from mvreg.errors import InputError
 from mvreg.geometry import se3
 from mvreg.kernels import icp
 from mvreg.parallel import spare
-from mvreg.stages.refine.plane_base import PlaneICP, PlanePairs, about, smallest_step
+from mvreg.stages.refine.plane_base import PlaneICP, PlanePairs, smallest_step
 from mvreg.stages.refine.trimmed import NARROWEST, WIDEST, Trim
 from mvreg.types import Array, View
 
@@ -88,7 +88,7 @@ class SymmetricICP(PlaneICP):
         angle = np.arctan(tangent)  # of half the turn
         half = se3.exp(np.append(step[:3] / 2 * (angle / (tangent or 1.0)), np.zeros(3)))
         shift = se3.from_parts(np.eye(3), step[3:] * np.cos(angle))
-        return about(centre, half @ shift @ half)
+        return se3.about(centre, half @ shift @ half)
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ from mvreg.errors import InputError
 from mvreg.geometry import se3
 from mvreg.geometry.nearest import mean_spacing
 from mvreg.kernels import icp
-from mvreg.stages.adjust.motion_averaging import STILL, farthest
 from mvreg.stages.strategy.grow import GrowStrategy, careful_levels
+from mvreg.surface.displacement import STILL, farthest
 from mvreg.types import Array, Features, Result, View
 
 if TYPE_CHECKING:

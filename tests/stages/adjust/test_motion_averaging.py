@@ -14,9 +14,9 @@ from mvreg.stages.adjust.motion_averaging import (
     MotionAveraging,
     WeightedMotionAveraging,
     average,
-    farthest,
 )
 from mvreg.stages.adjust.view_graph import Edge
+from mvreg.surface.displacement import farthest
 from mvreg.testing import blob_scans, blob_views, pipeline
 from mvreg.testing.adjust import nearly_right
 from mvreg.testing.results import misplacement

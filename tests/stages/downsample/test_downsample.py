@@ -4,10 +4,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mvreg.errors import InputError
-from mvreg.geometry.nearest import raw_resolution
 from mvreg.stages.downsample.grid import GridDownsample
 from mvreg.stages.downsample.sampling import PaperDownsample, StrideDownsample, VoxelDownsample
 from mvreg.stages.downsample.voxels import spacing_for_ratio, voxel_centroids
+from mvreg.surface.spacing import raw_resolution
 from mvreg.testing import blob_scans
 from mvreg.types import Scan
 

@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from mvreg.geometry.boxes import near_boxes
 from mvreg.geometry.ragged import ends_of, picked
 from mvreg.kernels import evidence, joint
 from mvreg.parallel import in_threads, slices
 from mvreg.stages.adjust.joint.surface import Surface
-from mvreg.surface.overlap import LEAST_COSINE, near_boxes
+from mvreg.surface.overlap import LEAST_COSINE
 from mvreg.types import Array, Indices
 
 #: Contacts of a pair of scans, at least: twice as many as a motion has degrees of freedom.

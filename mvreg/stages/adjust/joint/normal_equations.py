@@ -14,7 +14,6 @@ from mvreg.parallel import Answer, in_threads, slices
 from mvreg.stages.adjust.joint.block_matrix import of_blocks, solver
 from mvreg.stages.adjust.joint.correspondences import Contacts
 from mvreg.stages.adjust.joint.surface import Surface
-from mvreg.stages.refine.plane_base import about
 from mvreg.types import Array, Indices
 
 #: Residuals beyond so many widths of the kernel have a weight below 1 per cent, and get none.
@@ -47,7 +46,7 @@ class Frame:
     def motion(self, unknowns: Array) -> Array:
         """The motions (..., 4, 4) of unknowns (..., 6)."""
         steps = se3.exp(unknowns * np.array([1.0, 1, 1, *3 * [self.radius]]))
-        return np.stack([about(self.centre, step) for step in steps])
+        return np.stack([se3.about(self.centre, step) for step in steps])
 
     @property
     def twists(self) -> Array:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from mvreg.errors import InputError
 from mvreg.stages.adjust.joint.solver import Settled, Solver
 from mvreg.stages.adjust.joint.surface import surfaces
-from mvreg.surface.overlap import closeness
+from mvreg.surface.consistency import closeness
 from mvreg.types import Array, Result, View
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ class JointRefinement:
         their distortion decides.
     guarded : bool
         Keep the poses as they were where the surfaces meet less in the end, see
-        `surfaces.closeness`.
+        `mvreg.surface.consistency.closeness`.
     """
 
     reach: float = 4.0

@@ -12,6 +12,7 @@ from mvreg.errors import InputError, check_positive
 from mvreg.geometry import se3
 from mvreg.stages.adjust.jrmpc import em
 from mvreg.stages.adjust.view_graph import overlaps, reachable
+from mvreg.surface.displacement import fixes_pose
 from mvreg.types import Array, Result, View
 
 if TYPE_CHECKING:
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
 STILL = 1e-2
 #: A scan that is left with less than this share of its overlap has run away.
 LOST = 0.5
-#: Points on a line, up to this share of their length, do not fix a pose.
-FLAT = 1e-6
 
 
 @dataclass(frozen=True)
@@ -118,14 +117,6 @@ class JointMixture:
         poses = {name: se3.project(back @ pose) for name, pose in zip(names, found, strict=True)}
         poses[result.reference] = result.poses[result.reference]
         return poses
-
-
-def fixes_pose(points: Array) -> bool:
-    """Whether points (N, 3) have a pose: not fewer than three, and not all on a line."""
-    if len(points) < 3:
-        return False
-    spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-    return bool(spread[1] > FLAT * spread[0])
 
 
 def sobered(result: Result, poses: dict[str, Array], views: Sequence[View]) -> dict[str, Array]:

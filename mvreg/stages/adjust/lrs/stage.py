@@ -11,9 +11,9 @@ import numpy as np
 from mvreg.errors import InputError
 from mvreg.geometry import se3
 from mvreg.stages.adjust import view_graph
-from mvreg.stages.adjust.jrmpc.stage import fixes_pose
 from mvreg.stages.adjust.lrs import decomposition
 from mvreg.stages.adjust.view_graph import Edge
+from mvreg.surface.displacement import fixes_pose
 from mvreg.types import Array, Result, View
 
 if TYPE_CHECKING:
