@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from mvreg.kernels import evidence
 from mvreg.surface.overlap import LEAST_COSINE
 from mvreg.surface.range_image import RangeImage, Sensor
 from mvreg.types import Array, Indices, View
+from mvreg.types.lazy import kept_on_argument
 
 #: Points asked per view: shares of so many are known to two per cent.
 MOST_POINTS = 1200
@@ -63,18 +63,9 @@ class Witness:
     radius: float
 
 
-_witnesses: WeakKeyDictionary[View, Witness] = WeakKeyDictionary()
-
-
+@kept_on_argument
 def witness(view: View) -> Witness:
-    """The view made ready; remembered as long as the view lives."""
-    found = _witnesses.get(view)
-    if found is None:
-        found = _witnesses[view] = _prepare(view)
-    return found
-
-
-def _prepare(view: View) -> Witness:
+    """The view made ready; kept on the view."""
     reach = REACH * max(view.scale.resolution, view.resolution)
     known = view.scan is not None and view.scan.knows_sensor
     asked = _surface_points(view)

@@ -10,7 +10,7 @@ from mvreg.contracts import KINDS
 from mvreg.errors import PluginError
 
 if TYPE_CHECKING:
-    from mvreg.plugins.manager import Manager
+    from mvreg.plugins.pluggy_manager import Manager
 
 # Hydra splits addresses at "/", and its command line at "=", "@", "," and blanks.
 KEY = re.compile(r"([a-z][a-z0-9_]*)/([a-z][a-z0-9_]*)")

@@ -13,13 +13,12 @@ hide the fewest points, and the answer is there, 18 to 30 degrees from +z.
 
 from __future__ import annotations
 
-from weakref import WeakKeyDictionary
-
 import numpy as np
 
 from mvreg.geometry.nearest import build_tree, neighbours_of
 from mvreg.kernels import evidence
 from mvreg.types import Array, View
+from mvreg.types.lazy import kept_on_argument
 
 #: Directions tried, over half a sphere: about 5 degrees apart.
 DIRECTIONS = 600
@@ -44,26 +43,18 @@ FACING_WEIGHT = 0.2
 #: How much a bulge makes up for misfit of the density.
 BULGE_WEIGHT = 0.3
 
-_found: WeakKeyDictionary[View, list[Array]] = WeakKeyDictionary()
 
-
+@kept_on_argument
 def estimated_direction(view: View) -> Array | None:
     """A unit vector (3,) that points from the surface towards the sensor, or nearly.
 
-    Remembered as long as the view lives.
+    Kept on the view.
 
     Returns
     -------
     (3,) array or None
         None for what no single sensor saw, such as a closed surface, and for too few points.
     """
-    if view not in _found:
-        direction = _estimate(view)
-        _found[view] = [] if direction is None else [direction]
-    return _found[view][0] if _found[view] else None
-
-
-def _estimate(view: View) -> Array | None:
     points, normals = view.points, view.normals
     if len(points) < NEIGHBOURS or not view.resolution > 0:
         return None

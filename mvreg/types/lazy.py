@@ -1,11 +1,13 @@
-"""Properties that are worked out once, when they are first asked for."""
+"""What is worked out once for each object, when it is first asked for, and kept on it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import wraps
 from typing import Any, Generic, TypeVar
 
 Value = TypeVar("Value")
+Owner = TypeVar("Owner")
 
 
 class lazy(Generic[Value]):  # noqa: N801, a decorator
@@ -27,3 +29,22 @@ class lazy(Generic[Value]):  # noqa: N801, a decorator
             return self  # type: ignore[return-value]
         value = self.function(instance)
         return vars(instance).setdefault(self.name, value)  # type: ignore[no-any-return]
+
+
+def kept_on_argument(function: Callable[[Owner], Value]) -> Callable[[Owner], Value]:
+    """A function of one object that is worked out once for each, and kept in the object itself.
+
+    For what a room above derives from a view, such as its range image: `lazy` without a property.
+    It lives as long as the object does; `dataclasses.replace` begins anew.
+    """
+    name = f"{function.__module__}.{function.__qualname__}"
+
+    @wraps(function)
+    def asked(owner: Owner) -> Value:
+        kept = vars(owner)
+        if name not in kept:
+            kept.setdefault(name, function(owner))
+        found: Value = kept[name]
+        return found
+
+    return asked

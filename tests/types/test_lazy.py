@@ -1,7 +1,8 @@
+from dataclasses import replace
 from threading import Barrier, Thread
 
 from mvreg.testing import blob_scans
-from mvreg.types.lazy import lazy
+from mvreg.types.lazy import kept_on_argument, lazy
 
 
 class Slow:
@@ -37,3 +38,19 @@ def test_instances_do_not_wait_for_each_other():
 def test_a_scan_has_one_tree():
     (scan, *_) = blob_scans(2).scans
     assert scan.tree is scan.tree
+
+
+def test_what_is_kept_on_an_argument_is_worked_out_once_for_each():
+    calls = []
+
+    @kept_on_argument
+    def points(scan):
+        """How many points."""
+        calls.append(scan.name)
+
+    first, second, *_ = blob_scans(2).scans
+    assert points(first) is points(first) is points(second) is None
+    assert calls == [first.name, second.name]
+    points(replace(first))
+    assert calls == [first.name, second.name, first.name], "a copy begins anew"
+    assert points.__doc__ == "How many points."

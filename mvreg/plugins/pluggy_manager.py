@@ -1,0 +1,90 @@
+"""The pluggy manager for which the prefix ``mvreg_`` makes a hook."""
+
+from __future__ import annotations
+
+import difflib
+import inspect
+import types
+
+import pluggy
+
+from mvreg.errors import PluginError
+from mvreg.plugins import hookspecs
+
+GROUP = "mvreg"
+#: Where plugins come from that no distribution brought, such as the observers of a run.
+HERE = "this process"
+HOOKS = ("mvreg_stages", "mvreg_config_path", "mvreg_event")
+
+
+class Manager(pluggy.PluginManager):
+    """A pluggy manager for which the prefix ``mvreg_`` makes a hook.
+
+    `origins` maps plugin names to the distributions they came with, ``"mvreg-fpfh 0.1.0"``;
+    `muted` has the ids of observers that failed during this run.
+    """
+
+    def __init__(self) -> None:
+        super().__init__(GROUP)
+        self.add_hookspecs(hookspecs)
+        self.origins: dict[str, str] = {}
+        self.muted: set[int] = set()
+
+    def parse_hookimpl_opts(self, plugin: object, name: str) -> pluggy.HookimplOpts | None:
+        """Accept marked functions, and unmarked ones called ``mvreg_*``."""
+        options = super().parse_hookimpl_opts(plugin, name)
+        if options is not None or not name.startswith("mvreg_"):
+            return options
+        found = inspect.getattr_static(plugin, name, None)
+        if not isinstance(
+            found, types.FunctionType | types.MethodType | staticmethod | classmethod
+        ):
+            return None
+        return {
+            "wrapper": False, "hookwrapper": False, "optionalhook": False,
+            "tryfirst": False, "trylast": False, "specname": None,
+        }  # fmt: skip
+
+    def add(self, plugin: object, name: str | None = None, origin: str = HERE) -> None:
+        """Register a plugin, under a name of its own if none is given.
+
+        Raises
+        ------
+        PluginError
+            If the name is taken, a hook is misspelt or a hook has the wrong arguments.
+        """
+        name = name or f"{type(plugin).__module__}.{type(plugin).__qualname__}-{id(plugin)}"
+        if self.has_plugin(name):
+            other = self.origins.get(name, HERE)
+            raise PluginError(
+                f"two plugins are called {name!r}: one of {other}, one of {origin}; "
+                "remove one of them"
+            )
+        try:
+            self.register(plugin, name)
+            self._refuse_unknown_hooks(plugin)
+        except (pluggy.PluginValidationError, ValueError) as cause:
+            if self.has_plugin(name):
+                self.unregister(name=name)
+            reason = " ".join(str(cause).split())
+            raise PluginError(f"plugin {name!r} ({origin}) cannot be used: {reason}") from cause
+        if origin != HERE:
+            self.origins[name] = origin
+
+    def _refuse_unknown_hooks(self, plugin: object) -> None:
+        """Name a misspelt hook and the one it is nearest to."""
+        try:
+            self.check_pending()
+        except pluggy.PluginValidationError as cause:
+            unknown = sorted(
+                name
+                for name in dir(plugin)
+                if self.parse_hookimpl_opts(plugin, name) and name not in HOOKS
+            )
+            if not unknown:
+                raise
+            near = difflib.get_close_matches(unknown[0], HOOKS, n=1)
+            hint = f"did you mean {near[0]!r}? " if near else ""
+            raise pluggy.PluginValidationError(
+                plugin, f"unknown hook {unknown[0]!r}; {hint}hooks: {', '.join(HOOKS)}"
+            ) from cause
