@@ -14,7 +14,6 @@ from mvreg import contracts, events
 from mvreg.errors import InputError
 from mvreg.geometry.nearest import mean_spacing
 from mvreg.parallel import in_threads, one_by_one
-from mvreg.plugins import manager
 from mvreg.screening import refine_best
 from mvreg.surface.normals import facing_normals
 from mvreg.types import (
@@ -61,28 +60,22 @@ class Pipeline:
     def with_parameters(self, changes: Mapping[str, Any]) -> Pipeline:
         """The pipeline with some stages' parameters replaced, by dotted names.
 
-        A stage that lacks a parameter which another registered stage of its kind has stays as it
-        is: what suits one judge must not shut out another.
-
         Raises
         ------
         InputError
-            For a name that is not ``kind.parameter`` of any stage.
+            For a name that is not ``kind.parameter`` of one of the stages; lists the options.
         """
         changed = self
         for name, value in changes.items():
             kind, _, parameter = name.partition(".")
             stage = getattr(changed, kind) if kind in STAGES else None
-            if stage is not None and parameter in parameters_of(stage):
-                changed = replace(changed, **{kind: replace(stage, **{parameter: value})})
-                continue
-            registered = [s.cls for s in manager.stages().values() if s.kind == kind]
-            if stage is None or not any(parameter in parameters_of(cls) for cls in registered):
-                options = parameters_of(stage) if stage is not None else STAGES
+            options = STAGES if stage is None else [field.name for field in fields(stage)]
+            if stage is None or parameter not in options:
                 raise InputError(
                     f"cannot change {name!r}: expected kind.parameter; options: "
                     f"{', '.join(options)}"
                 )
+            changed = replace(changed, **{kind: replace(stage, **{parameter: value})})
         return changed
 
     def prepare(self, scans: Sequence[Scan], rng: np.random.Generator) -> list[View]:
@@ -202,8 +195,3 @@ class Pipeline:
 
 #: The kinds of stage in a pipeline.
 STAGES = [field.name for field in fields(Pipeline) if field.name != "emit"]
-
-
-def parameters_of(stage: Any) -> list[str]:
-    """The names of the parameters of a stage or of its class."""
-    return [field.name for field in fields(stage)]

@@ -46,9 +46,9 @@ def test_a_name_that_means_nothing_is_refused_with_the_options(name, options):
         pipeline().with_parameters({name: 1})
 
 
-def test_a_parameter_of_another_stage_of_the_kind_is_passed_over():
-    tmse = replace(pipeline(), judge=TmseJudge())
-    assert tmse.with_parameters({"judge.max_residual": 0.1}) == tmse
+def test_a_parameter_of_another_stage_of_the_kind_is_refused():
+    with pytest.raises(InputError, match=r"cannot change 'judge\.max_residual'.*min_overlap"):
+        replace(pipeline(), judge=TmseJudge()).with_parameters({"judge.max_residual": 0.1})
     plane = replace(pipeline(), judge=PointToPlaneJudge())
     assert plane.with_parameters({"judge.max_residual": 0.1}).judge.max_residual == 0.1
 

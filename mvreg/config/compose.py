@@ -19,6 +19,7 @@ from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from mvreg.config.known_plugins import refuse_stand_in
+from mvreg.config.levels import check_levels
 from mvreg.config.messages import explained, no_such_key
 from mvreg.config.store import Schema, registered
 from mvreg.contracts import KINDS
@@ -74,7 +75,7 @@ def check(config: DictConfig) -> None:
     ------
     InputError
         For a key that neither the schema nor the stage has, a method that is not installed, a kind
-        without a stage, or a negative `rng`; says what there is.
+        without a stage, a level that names no parameter, or a negative `rng`; says what there is.
     """
     known = [field.name for field in fields(Schema)]
     if unknown := sorted({str(key) for key in config} - set(known)):
@@ -88,6 +89,7 @@ def check(config: DictConfig) -> None:
             names = [field.name for field in fields(cls)]
             if unknown := sorted({str(key) for key in config[kind]} - set(names)):
                 raise InputError(no_such_key(f"{kind}.{unknown[0]}", names, cls))
+    check_levels(config, [kind for kind in KINDS if kind not in ("dataset", "strategy", "adjust")])
     if config.rng < 0:
         raise InputError(f"rng: expected a whole number, 0 or more, got {config.rng}")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Any
 
 from hydra.core.config_search_path import ConfigSearchPath
@@ -14,6 +15,7 @@ from hydra.plugins.search_path_plugin import SearchPathPlugin
 from omegaconf import MISSING, DictConfig, OmegaConf
 
 from mvreg.config.known_plugins import stand_ins
+from mvreg.config.levels import Loader
 from mvreg.config.presets import CONFIG_PATH, addresses, choices, plugin_paths
 from mvreg.contracts import KINDS
 from mvreg.errors import PluginError
@@ -100,13 +102,14 @@ def registered() -> Iterator[None]:
     """Inside, Hydra knows mvreg's stages; afterwards its store is as it was.
 
     The store belongs to the whole process: another Hydra application in it may have groups of the
-    same names, so ours are lent for a while, never left there.
+    same names, so ours are lent for a while, never left there; nor is our `Loader`.
     """
     ours = nodes()
     refuse_shadows(ours)
     Plugins.instance().register(MvregSearchPath)  # loads Hydra's own entries of the store, too
     store = ConfigStore.instance()
-    before = store.repo
+    application: Any = import_module("hydra._internal.hydra")
+    before, loader = store.repo, application.ConfigLoaderImpl
     store.repo = {key: value for key, value in before.items() if key not in {*KINDS, "method"}}
     try:
         store.store("mvreg_schema", Schema, provider="mvreg")
@@ -115,6 +118,8 @@ def registered() -> Iterator[None]:
             store.store(name, node, group=kind, provider="mvreg")
         for name, preset in stand_ins(choices()["method"]).items():
             store.store(name, preset, group="method", package="_global_", provider="mvreg")
+        application.ConfigLoaderImpl = Loader
         yield
     finally:
+        application.ConfigLoaderImpl = loader
         store.repo = before

@@ -87,17 +87,17 @@ def test_runs_within_a_second_have_folders_of_their_own(jobs):
 
 
 def test_scans_without_a_place_are_exit_code_3(jobs):
-    jobs.answers[0.3] = ("ear.ply",)
+    jobs.answers[0.6] = ("ear.ply",)
     assert cli.main(["dataset=tiny"]) == 3
 
 
 def test_scans_in_another_partial_model_are_exit_code_3_too(jobs):
-    jobs.answers[0.3] = "apart"
+    jobs.answers[0.6] = "apart"
     assert cli.main(["dataset=tiny"]) == 3
 
 
 def test_wrong_input_is_one_line_and_exit_code_2(jobs, capsys):
-    jobs.answers[0.3] = InputError("no scans in there")
+    jobs.answers[0.6] = InputError("no scans in there")
     assert cli.main(["dataset=tiny"]) == 2
     assert capsys.readouterr().err == "error: no scans in there\n"
 
@@ -110,13 +110,13 @@ def test_wrong_input_is_one_line_and_exit_code_2(jobs, capsys):
     ],
 )
 def test_what_the_system_refuses_is_exit_code_2(jobs, capsys, error, message):
-    jobs.answers[0.3] = error
+    jobs.answers[0.6] = error
     assert cli.main(["dataset=tiny"]) == 2
     assert capsys.readouterr().err == f"error: {message}\n"
 
 
 def test_a_bug_is_called_one_and_is_exit_code_1(jobs, capsys):
-    jobs.answers[0.3] = ZeroDivisionError("by zero")
+    jobs.answers[0.6] = ZeroDivisionError("by zero")
     assert cli.main(["dataset=tiny"]) == 1
     err = capsys.readouterr().err
     assert err.startswith("error: this is a bug in mvreg or a plugin: ZeroDivisionError: by zero")
@@ -125,7 +125,7 @@ def test_a_bug_is_called_one_and_is_exit_code_1(jobs, capsys):
 
 @pytest.mark.parametrize("error", [InputError("wrong"), ZeroDivisionError("wrong")])
 def test_debug_shows_the_traceback(jobs, capsys, error):
-    jobs.answers[0.3] = error
+    jobs.answers[0.6] = error
     assert cli.main(["dataset=tiny", "debug=true"]) in (1, 2)
     err = capsys.readouterr().err
     assert "Traceback" in err and "in run_job" in err
@@ -133,7 +133,7 @@ def test_debug_shows_the_traceback(jobs, capsys, error):
 
 
 def test_ctrl_c_is_exit_code_130_and_ends_a_sweep(jobs, capsys):
-    jobs.answers[0.3] = KeyboardInterrupt()
+    jobs.answers[0.6] = jobs.answers[0.3] = KeyboardInterrupt()
     assert cli.main(["dataset=tiny"]) == 130
     assert capsys.readouterr().err == "interrupted\n"
     assert cli.main(["-m", "dataset=tiny", "seed.top_fraction=0.5,0.3,0.7"]) == 130

@@ -149,9 +149,9 @@ def test_without_resume_a_folder_of_ones_own_is_written_again(jobs, tmp_path):
     words = ["dataset=tiny", "rerun=false", f"hydra.run.dir={tmp_path}/mine"]
     for _ in range(2):
         assert cli.main(words) == 0
-    assert jobs.asked == [0.3, 0.3]
+    assert jobs.asked == [0.6, 0.6]
     assert cli.main([*words, "resume=true"]) == 0
-    assert jobs.asked == [0.3, 0.3]
+    assert jobs.asked == [0.6, 0.6]
 
 
 def test_a_method_that_is_not_installed_fails_alone(jobs, tmp_path, monkeypatch):

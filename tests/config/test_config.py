@@ -245,7 +245,9 @@ def test_leaves_another_hydra_application_as_it_was(tmp_path, monkeypatch):
     with hydra.initialize_config_dir(str(tmp_path), version_base="1.2"):
         assert hydra.compose("app") == {"seed": {"theirs": 1}, "size": 3}
         assert compose.compose(["+method=fcpma"]).seed == {"top_fraction": 0.3}
-        with pytest.raises(InputError, match=r"options: leaked, nearest$"):  # theirs is not ours
+        with pytest.raises(
+            InputError, match=r"options: broad, leaked, nearest$"
+        ):  # theirs is not ours
             compose.compose(["seed=mine"])
         assert hydra.version.getbase().public == "1.2"
         assert hydra.compose("app", ["seed=nearest"]) == {"seed": {"theirs": 2}, "size": 3}

@@ -84,6 +84,8 @@ class EvidenceJudge:
         Where accepted registrations already lead from source to target, the pose may differ from
         theirs by this (RMS of the source's points, in resolutions), times the root of the number of
         registrations in the loop.
+    min_overlap : float
+        Of the view that is covered best, as in `TmseJudge`: `grow` lowers it level by level.
     """
 
     min_probability: float = 0.95
@@ -91,6 +93,7 @@ class EvidenceJudge:
     rival_angle: float = 10.0
     rival_distance: float = 3.0
     loop_tolerance: float = 4.0
+    min_overlap: float = 0.0
 
     def __post_init__(self) -> None:
         for name in ("min_probability", "max_rival"):
@@ -132,6 +135,8 @@ class EvidenceJudge:
             return evidence.reason
         if rival > self.max_rival:
             return "ambiguous: another pose is as probable"
+        if evidence.overlap < self.min_overlap:
+            return f"overlap below {self.min_overlap:g}"
         if evidence.probability >= self.min_probability:
             return None
         return "not probable enough" if evidence.reason == AGREED else evidence.reason

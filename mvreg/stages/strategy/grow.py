@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, is_dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,23 +22,6 @@ def careful_levels() -> list[dict[str, Any]]:
         {"judge.min_overlap": 0.5},
         {"judge.min_overlap": 0.45, "seed.top_fraction": 1.0, "propagate.keep": 15},
     ]
-
-
-def untouched(pipeline: Pipeline, name: str) -> bool:
-    """Whether ``kind.parameter`` still has its default, or is none of a stage's parameters."""
-    kind, _, parameter = name.partition(".")
-    stage = getattr(pipeline, kind, None)
-    if not is_dataclass(stage):
-        return True
-    defaults = {field.name: field.default for field in fields(stage)}
-    return parameter not in defaults or getattr(stage, parameter) == defaults[parameter]
-
-
-def suited(pipeline: Pipeline, parameters: Mapping[str, Any]) -> Pipeline:
-    """The pipeline with those parameters of a strategy, by dotted names, that are `untouched`."""
-    return pipeline.with_parameters(
-        {name: value for name, value in parameters.items() if untouched(pipeline, name)}
-    )
 
 
 class Growth:
@@ -96,8 +79,8 @@ class GrowStrategy:
     ----------
     levels : list of mappings
         Parameters by their dotted names, e.g. ``{seed.top_fraction: 1.0}``, that replace the
-        pipeline's at each level; stages without such a parameter stay as they are, and so do
-        parameters that were set to other than their defaults. ``[{}]`` is the paper's loop.
+        pipeline's at each level. A configuration is composed without those that the user sets or
+        that the chosen stages do not have. ``[{}]`` is the paper's loop.
     give_up : float
         A pose that scores worse than so many times the judge's threshold on an eighth of the points
         is not refined on all of them. Of 111 poses relied on in nine orders of Bunny, Dragon and
@@ -116,7 +99,7 @@ class GrowStrategy:
     def __call__(
         self, views: Sequence[View], pipeline: Pipeline, rng: np.random.Generator
     ) -> Result:
-        pipelines = [suited(pipeline, level) for level in self.levels]
+        pipelines = [pipeline.with_parameters(level) for level in self.levels]
         growth = Growth(views[0], pipeline, self.give_up)
         waiting = list(views[1:])
         level = 0

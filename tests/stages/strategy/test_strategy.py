@@ -8,7 +8,7 @@ import pytest
 from mvreg import events
 from mvreg.errors import InputError
 from mvreg.geometry import se3
-from mvreg.stages.strategy.grow import GrowStrategy, untouched
+from mvreg.stages.strategy.grow import GrowStrategy
 from mvreg.testing import blob_views, pipeline
 from mvreg.testing.views import registration
 from mvreg.types import Pair, Part, Verdict
@@ -148,11 +148,3 @@ def test_observers_see_the_model_grow():
     for event in placed:
         np.testing.assert_array_equal(event.T_model_scan, result.poses[event.name])
     assert placed[-1].model is result.model
-
-
-def test_a_level_leaves_alone_what_was_set():
-    stages = pipeline()
-    assert untouched(stages, "judge.min_overlap")
-    assert untouched(stages, "judge.no_such_parameter")
-    set_by_hand = stages.with_parameters({"judge.min_overlap": 0.99})
-    assert not untouched(set_by_hand, "judge.min_overlap")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,7 +18,6 @@ from mvreg.stages.strategy.best_first.overlap_score import promise
 from mvreg.stages.strategy.best_first.partial_models import PartialModels
 from mvreg.stages.strategy.best_first.search import Search
 from mvreg.stages.strategy.best_first.symmetry import turned
-from mvreg.stages.strategy.grow import suited
 from mvreg.types import Array, Pair, Registration, Result, Verdict, View
 
 if TYPE_CHECKING:
@@ -58,9 +57,6 @@ class BestFirst:
         not moved any more; others may still be moved to it.
     min_probability : float
         What all scans together say of a join, and of each scan at the end, must be as probable.
-    search : dict
-        Parameters of the stages that suit few attempts at many poses, by dotted names, as long as
-        they are at their defaults; twice the paper's share of seeds finds one pair in ten more.
     """
 
     radii: list[float] = field(default_factory=lambda: [1.0, 2.0, 3.0])
@@ -68,7 +64,6 @@ class BestFirst:
     parts: int = 3
     patience: int = 10
     min_probability: float = 0.5
-    search: dict[str, Any] = field(default_factory=lambda: {"seed.top_fraction": 0.6})
 
     def __post_init__(self) -> None:
         check_ascending("strategy", radii=self.radii)
@@ -79,7 +74,6 @@ class BestFirst:
     def __call__(
         self, views: Sequence[View], pipeline: Pipeline, rng: np.random.Generator
     ) -> Result:
-        pipeline = suited(pipeline, self.search)
         in_threads(witness, views)  # made ready side by side, not when first weighed
         promises = promise(views, self.radii, self.neighbours)
         models = PartialModels(views)
