@@ -7,17 +7,20 @@ input. `mvreg.testing` has a contract suite for each kind.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Protocol
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
+from mvreg.events import Emit
+from mvreg.evidence.pooled import Evidence, Meeting
 from mvreg.types import (
     Array,
     Candidates,
     Features,
     Matches,
     Model,
+    Pair,
     Registration,
     Result,
     Sample,
@@ -25,10 +28,8 @@ from mvreg.types import (
     ScanSet,
     Verdict,
     View,
+    ViewGraph,
 )
-
-if TYPE_CHECKING:
-    from mvreg.pipeline import Pipeline
 
 
 class Dataset(Protocol):
@@ -88,9 +89,37 @@ class Judge(Protocol):
         registration: Registration,
         source: View,
         target: View,
-        accepted: Sequence[Registration],
+        graph: ViewGraph,
     ) -> Verdict:
-        """Judge `registration`, given those accepted so far."""
+        """Judge `registration`, given the `graph` of the pairs accepted so far.
+
+        The graph holds what the strategy relies on now, in the order in which it was accepted: not
+        what was refused, nor what was taken back. Where it already leads from source to target,
+        the registration closes a loop, see `ViewGraph.loop`.
+        """
+
+
+@runtime_checkable
+class JointJudge(Judge, Protocol):
+    """A judge that can weigh several view pairs together, as `mvreg.stages` has in ``evidence``."""
+
+    def together(self, pairs: Sequence[Meeting]) -> Evidence:
+        """Pool what `pairs` show: how probable it is that all of them are right, and why not."""
+
+
+@runtime_checkable
+class ScreeningJudge(Judge, Protocol):
+    """A judge that can tell a hopeless pose from few points, before it is refined on all."""
+
+    def hopeless(
+        self, registration: Registration, few: View, target: View, graph: ViewGraph, factor: float
+    ) -> bool:
+        """Whether a pose refined on `few` of the source's points scores so badly.
+
+        That is, worse than `factor` times the threshold; what it misses costs time, what it turns
+        away is lost. A judge whose score is no residual need not have this: then no pose is turned
+        away early.
+        """
 
 
 class Augment(Protocol):
@@ -98,6 +127,60 @@ class Augment(Protocol):
 
     def __call__(self, model: Model, source: View, registration: Registration) -> Model:
         """Return the model with the source in it; the model frame stays."""
+
+
+class Pipeline(Protocol):
+    """The stages of a pair, and what a strategy or an adjustment may ask of them.
+
+    `mvreg.Pipeline` is the implementation. It tells observers what happens: a strategy that
+    registers, extends, places and revises by these methods need not.
+    """
+
+    @property
+    def downsample(self) -> Downsample: ...
+    @property
+    def describe(self) -> Describe: ...
+    @property
+    def seed(self) -> Seed: ...
+    @property
+    def propagate(self) -> Propagate: ...
+    @property
+    def refine(self) -> Refine: ...
+    @property
+    def judge(self) -> Judge: ...
+    @property
+    def augment(self) -> Augment: ...
+    @property
+    def emit(self) -> Emit: ...
+
+    def with_stages(self, **stages: Any) -> Pipeline:
+        """The pipeline with other stages, by kind."""
+
+    def with_parameters(self, changes: Mapping[str, Any]) -> Pipeline:
+        """The pipeline with some stages' parameters replaced, by dotted names."""
+
+    def register(
+        self,
+        source: View,
+        target: View,
+        graph: ViewGraph,
+        rng: np.random.Generator,
+        checks: Sequence[Callable[[Registration, Verdict], Verdict]] = (),
+        give_up: float = np.inf,
+    ) -> tuple[Registration | None, Pair]:
+        """Register one view to another, or to the model (Algorithm 1)."""
+
+    def begin(self, reference: View) -> Model:
+        """Begin a model with a view, whose frame is the model's."""
+
+    def extend(self, model: Model, source: View, registration: Registration) -> Model:
+        """Merge a view into the model."""
+
+    def revise(self, result: Result) -> None:
+        """Tell observers of all the poses at once, instead of those told before."""
+
+    def place(self, view: View, T_model_scan: Array) -> None:
+        """Tell observers of a pose that needs no merging, as in a tree of scans."""
 
 
 class Strategy(Protocol):

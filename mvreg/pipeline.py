@@ -27,6 +27,7 @@ from mvreg.types import (
     Scan,
     Verdict,
     View,
+    ViewGraph,
 )
 
 
@@ -56,6 +57,10 @@ class Pipeline:
     def observed_by(self, emit: events.Emit) -> Pipeline:
         """The pipeline, telling `emit` what happens."""
         return replace(self, emit=emit)
+
+    def with_stages(self, **stages: Any) -> Pipeline:
+        """The pipeline with other stages, by kind."""
+        return replace(self, **stages)
 
     def with_parameters(self, changes: Mapping[str, Any]) -> Pipeline:
         """The pipeline with some stages' parameters replaced, by dotted names.
@@ -116,7 +121,7 @@ class Pipeline:
         self,
         source: View,
         target: View,
-        accepted: Sequence[Registration],
+        graph: ViewGraph,
         rng: np.random.Generator,
         checks: Sequence[Callable[[Registration, Verdict], Verdict]] = (),
         give_up: float = np.inf,
@@ -125,7 +130,7 @@ class Pipeline:
 
         `checks` have the last word, in turn: a strategy may know of what the judge is not shown.
         A pose that the judge, shown few of the points, scores worse than `give_up` times its
-        threshold is not refined on all of them.
+        threshold is not refined on all of them, see `contracts.ScreeningJudge`.
 
         Returns
         -------
@@ -136,10 +141,10 @@ class Pipeline:
         """
 
         def hopeless(registration: Registration, few: View) -> bool:
-            if give_up == np.inf:
+            judge = self.judge
+            if give_up == np.inf or not isinstance(judge, contracts.ScreeningJudge):
                 return False
-            verdict = self.judge(registration, few, target, accepted)
-            return not verdict.reliable and verdict.score > give_up * verdict.threshold
+            return judge.hopeless(registration, few, target, graph, give_up)
 
         self.emit(events.PairStarted(source, target))
         seconds: dict[str, float] = {}
@@ -154,7 +159,7 @@ class Pipeline:
             pair = Pair(source.name, target.name, verdict, seconds=seconds)
         else:
             with timed(seconds, "judge"):
-                verdict = self.judge(registration, source, target, accepted)
+                verdict = self.judge(registration, source, target, graph)
                 for check in checks:
                     verdict = check(registration, verdict)
             pair = Pair(

@@ -6,11 +6,12 @@ import pytest
 from mvreg.errors import InputError
 from mvreg.geometry import se3
 from mvreg.screening import FEWER, SCREENING, refine_best, thinned
+from mvreg.stages.judge.residual import ResidualJudge
 from mvreg.stages.refine.trimmed import TrimmedICP
 from mvreg.stages.strategy.grow import GrowStrategy
 from mvreg.testing import overlap, pipeline
 from mvreg.testing.refine import nudge
-from mvreg.types import Candidates, Verdict
+from mvreg.types import Candidates, Verdict, ViewGraph
 
 
 def candidates(pair, *starts):
@@ -71,16 +72,16 @@ def test_what_is_hopeless_on_few_points_is_not_refined_on_all():
 @pytest.mark.parametrize(("score", "whole"), [(2.9, True), (3.1, False), (0.5, True)])
 def test_the_judge_says_what_is_hopeless(score, whole):
     @dataclass(frozen=True)
-    class Says:
-        def __call__(self, registration, source, target, accepted):
+    class Says(ResidualJudge):
+        def __call__(self, registration, source, target, graph):
             return Verdict(score < 1, score, 1.0, "as told")
 
     pair = overlap()
     pipe = replace(pipeline(), refine=Counting(), judge=Says())
-    pipe.register(pair.source, pair.target, [], np.random.default_rng(0), give_up=3.0)
+    pipe.register(pair.source, pair.target, ViewGraph(), np.random.default_rng(0), give_up=3.0)
     assert (len(pair.source.points) in COUNTED) == whole
     COUNTED.clear()
-    pipe.register(pair.source, pair.target, [], np.random.default_rng(0))
+    pipe.register(pair.source, pair.target, ViewGraph(), np.random.default_rng(0))
     assert len(pair.source.points) in COUNTED
 
 

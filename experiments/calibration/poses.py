@@ -21,7 +21,7 @@ from experiments.calibration.raw_pairs import LEAST, true_overlap
 from experiments.calibration.scenes import Scene, pairs_of, scene
 from mvreg.geometry import se3
 from mvreg.geometry.nearest import nearest
-from mvreg.types import Array, Registration, View
+from mvreg.types import Array, Registration, View, ViewGraph
 
 #: What is right: degrees, mm.
 ANGLE, SHIFT = 2.0, 5.0
@@ -59,7 +59,8 @@ def find(group: str, blind: bool) -> list[Pose]:
     rngs = np.random.default_rng(0).spawn(len(pairs))
     kept: list[Pose] = []
     for (a, b), rng in track(list(zip(pairs, rngs, strict=True)), description=group):
-        registration, _ = found.pipeline.register(found.views[a], found.views[b], [], rng)
+        source, target = found.views[a], found.views[b]
+        registration, _ = found.pipeline.register(source, target, ViewGraph(), rng)
         if registration is not None:
             kept += poses_of(found, registration, rng)
     return kept

@@ -20,7 +20,7 @@ import mvreg
 from mvreg.geometry import se3
 from mvreg.geometry.nearest import nearest
 from mvreg.stages.judge.residual import TmseJudge, stability, surface_fit
-from mvreg.types import Array, Registration, View
+from mvreg.types import Array, Registration, View, ViewGraph
 
 #: What is right: degrees, resolutions.
 ANGLE, SHIFT = 5.0, 5.0
@@ -71,7 +71,7 @@ def register_all(name: str) -> list[RawPair]:
     for (source, target), own in track(
         list(zip(pairs, rng.spawn(len(pairs)), strict=True)), description=name
     ):
-        registration, _ = pipeline.register(source, target, [], own)
+        registration, _ = pipeline.register(source, target, ViewGraph(), own)
         if registration is not None:
             truth = se3.invert(scanset.poses[target.name]) @ scanset.poses[source.name]
             found.append(measure(registration, source, target, truth))
@@ -86,7 +86,7 @@ def measure(registration: Registration, source: View, target: View, truth: Array
     middle = source.points.mean(axis=0)[None]
     apart = se3.apply(registration.T_target_source, middle) - se3.apply(truth, middle)
     shift = float(np.linalg.norm(apart)) / unit
-    verdict = TmseJudge()(registration, source, target, [])
+    verdict = TmseJudge()(registration, source, target, ViewGraph())
     residual, agreement = surface_fit(registration, source, target)
     return RawPair(
         source.name, target.name, overlap, angle, shift,

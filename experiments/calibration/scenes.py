@@ -83,7 +83,9 @@ def scene(group: str, blind: bool = False) -> Scene:
         truth |= dict(loaded.poses or {})
     if blind:
         scans = [Scan(scan.name, scan.points) for scan in scans]
-    pipeline = replace(mvreg.load_method("auto").pipeline, refine=PointToPlane())
+    pipeline = replace(
+        mvreg.load_method("auto", {"seed": "nearest"}).pipeline, refine=PointToPlane()
+    )
     views = pipeline.prepare(scans, np.random.default_rng(0))
     return Scene({view.name: view for view in views}, owner, truth, pipeline)
 

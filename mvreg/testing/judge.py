@@ -18,13 +18,14 @@ from mvreg.testing.views import (
     MOTION,
     UNITS,
     degenerate_pairs,
+    graph_of,
     moved_view,
     overlap,
     registration,
     scaled_registration,
     scaled_view,
 )
-from mvreg.types import Registration, Verdict, View
+from mvreg.types import Edge, Registration, Verdict, View, ViewGraph
 
 
 @cache
@@ -48,6 +49,12 @@ def wrong(degrees: float = 150.0) -> Registration:
     return found
 
 
+def scaled_edge(edge: Edge, unit: float) -> Edge:
+    """The same edge in another unit of length."""
+    pose = se3.from_parts(edge.T_target_source[:3, :3], edge.T_target_source[:3, 3] * unit)
+    return replace(edge, T_target_source=pose, trimmed_mse=edge.trimmed_mse * unit**2)
+
+
 class JudgeContract(StageContract):
     """Right is accepted and wrong is not, in every frame and unit."""
 
@@ -57,18 +64,18 @@ class JudgeContract(StageContract):
     def examples(self) -> dict[str, tuple[Any, ...]]:
         pair = overlap()
         return {
-            "right, the first": (right(), pair.source, pair.target, ()),
-            "right, a later one": (right(), pair.source, pair.target, (right(), right())),
-            "wrong, the first": (wrong(), pair.source, pair.target, ()),
-            "wrong, a later one": (wrong(), pair.source, pair.target, [right()]),
+            "right, the first": (right(), pair.source, pair.target, ViewGraph()),
+            "right, a later one": (right(), pair.source, pair.target, graph_of(right(), right())),
+            "wrong, the first": (wrong(), pair.source, pair.target, ViewGraph()),
+            "wrong, a later one": (wrong(), pair.source, pair.target, graph_of(right())),
         }
 
     def degenerate(self) -> dict[str, tuple[Any, ...]]:
         cases: dict[str, tuple[Any, ...]] = {}
         for name, (source, target) in degenerate_pairs().items():
             found = registration(source, target, np.eye(4))
-            cases[name] = (found, source, target, ())
-            cases[f"{name}, later"] = (found, source, target, (found, right()))
+            cases[name] = (found, source, target, ViewGraph())
+            cases[f"{name}, later"] = (found, source, target, graph_of(found, right()))
         return cases
 
     def verify(self, arguments: tuple[Any, ...], answer: Any) -> None:
@@ -88,35 +95,37 @@ class JudgeContract(StageContract):
     def test_wrong_is_not_accepted(self) -> None:
         pair = overlap()
         for degrees in (90.0, 150.0, 180.0):
-            for accepted in ((), (right(), right())):
+            for graph in (ViewGraph(), graph_of(right(), right())):
                 with case(f"turned by {degrees} degrees"):
-                    verdict = self.call(wrong(degrees), pair.source, pair.target, accepted)
+                    verdict = self.call(wrong(degrees), pair.source, pair.target, graph)
                     assert not verdict.reliable
 
     def test_the_frame_does_not_matter(self) -> None:
         back = se3.invert(MOTION)
-        for name, (found, source, target, accepted) in self.examples().items():
+        for name, (found, source, target, graph) in self.examples().items():
             with case(name):
-                old = self.call(found, source, target, accepted)
+                old = self.call(found, source, target, graph)
                 pose = AXES_SWAPPED @ found.T_target_source @ back
                 there = moved_view(source, MOTION), moved_view(target, AXES_SWAPPED)
-                before = [  # of the same two views, which all of them are
-                    replace(one, T_target_source=AXES_SWAPPED @ one.T_target_source @ back)
-                    for one in accepted
-                ]
+                before = ViewGraph(  # of the same two views, which all of them are
+                    tuple(
+                        replace(e, T_target_source=AXES_SWAPPED @ e.T_target_source @ back)
+                        for e in graph
+                    )
+                )
                 self.same(old, self.call(replace(found, T_target_source=pose), *there, before))
 
     def test_the_unit_of_length_does_not_matter(self) -> None:
-        for name, (found, source, target, accepted) in self.examples().items():
+        for name, (found, source, target, graph) in self.examples().items():
             with case(name):
-                old = self.call(found, source, target, accepted)
+                old = self.call(found, source, target, graph)
                 for unit in UNITS:
                     others: tuple[Registration, View, View] = (
                         scaled_registration(found, unit),
                         scaled_view(source, unit),
                         scaled_view(target, unit),
                     )
-                    before = [scaled_registration(one, unit) for one in accepted]
+                    before = ViewGraph(tuple(scaled_edge(edge, unit) for edge in graph))
                     self.same(old, self.call(*others, before))
 
     def same(self, old: Verdict, new: Verdict) -> None:

@@ -20,7 +20,7 @@ from mvreg.stages.refine.trimmed import TrimmedICP
 from mvreg.stages.seed.nearest import NearestSeed
 from mvreg.testing.compare import locked
 from mvreg.testing.scans import blob_scans, degenerate_points
-from mvreg.types import Array, Features, Indices, Registration, Scale, Scan, View
+from mvreg.types import Array, Edge, Features, Indices, Registration, Scale, Scan, View, ViewGraph
 
 #: What suits scans of a few thousand points.
 SMALL = PaperDownsample(stride=2, keypoint_ratio=12, min_points=1, min_keypoints=1)
@@ -190,4 +190,14 @@ def scaled_registration(found: Registration, factor: float) -> Registration:
         objective=found.objective * factor**2,
         distances=found.distances * factor,
         trim_distance=found.trim_distance * factor,
+    )
+
+
+def graph_of(*registrations: Registration) -> ViewGraph:
+    """The view graph of registrations between scans, under the names that they give."""
+    return ViewGraph(
+        tuple(
+            Edge(one.source, one.target, one.T_target_source, one.overlap, one.trimmed_mse)
+            for one in registrations
+        )
     )

@@ -18,13 +18,16 @@ from mvreg.types.records import (
 )
 from mvreg.types.scan import Scan, ScanSet
 from mvreg.types.view import Features, Model, Part, Sample, Scale, View
+from mvreg.types.view_graph import Edge, Loop, ViewGraph
 
 __all__ = [
     "Array",
     "Candidates",
+    "Edge",
     "Features",
     "Indices",
     "Link",
+    "Loop",
     "Matches",
     "Model",
     "Pair",
@@ -37,4 +40,5 @@ __all__ = [
     "ScanSet",
     "Verdict",
     "View",
+    "ViewGraph",
 ]

@@ -84,7 +84,8 @@ class Verdict:
     """A judge's answer: `score` is what was measured (lower is better) against `threshold`.
 
     `confidence` is the probability that the pose is right, None where the judge cannot tell;
-    `evidence` is what was measured, by name.
+    `evidence` is what was measured, by name. `open_loop` says that the pose would be reliable by
+    itself, but contradicts accepted registrations that lead from its source to its target.
     """
 
     reliable: bool
@@ -93,6 +94,7 @@ class Verdict:
     reason: str
     confidence: float | None = None
     evidence: Mapping[str, float] = field(default_factory=dict)
+    open_loop: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -57,12 +57,11 @@ class WritesToItsInput(NearestSeed):
 @bad("judge", FORM)
 @dataclass(frozen=True)
 class ForgetsTheOldest(PointToPlaneJudge):
-    """Not pure, with a list."""
+    """Not pure, with the graph."""
 
-    def __call__(self, registration, source, target, accepted):
-        found = super().__call__(registration, source, target, accepted)
-        if isinstance(accepted, list):
-            accepted.clear()
+    def __call__(self, registration, source, target, graph):
+        found = super().__call__(registration, source, target, graph)
+        object.__setattr__(graph, "edges", graph.edges[1:])
         return found
 
 
@@ -221,7 +220,7 @@ class KeepsUpright(TrimmedICP):
 class Yes(PointToPlaneJudge):
     """Trusts everybody."""
 
-    def __call__(self, registration, source, target, accepted):
+    def __call__(self, registration, source, target, graph):
         return Verdict(True, float("nan"), 1.0, "why not")
 
 
@@ -238,7 +237,7 @@ class No(PointToPlaneJudge):
 class Millimetres(PointToPlaneJudge):
     """Two millimetres are good enough."""
 
-    def __call__(self, registration, source, target, accepted):
+    def __call__(self, registration, source, target, graph):
         score = float(np.sqrt(registration.trimmed_mse))
         return Verdict(score < 2, score, 2.0, "it is what it is")
 

@@ -4,21 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mvreg.contracts import Pipeline
 from mvreg.errors import InputError
 from mvreg.geometry import se3
 from mvreg.stages.adjust import view_graph
 from mvreg.stages.adjust.dense import dense
-from mvreg.stages.adjust.view_graph import Edge
 from mvreg.surface.consistency import closeness
 from mvreg.surface.displacement import STILL, farthest
-from mvreg.types import Array, Result, View
-
-if TYPE_CHECKING:
-    from mvreg.pipeline import Pipeline
+from mvreg.types import Array, Edge, Result, View
+from mvreg.types.view_graph import reachable
 
 #: Newton steps of one average; three or four are usual, each squares the error.
 STEPS = 20
@@ -53,13 +50,14 @@ def average(
     moved : set of int
         Those that have such a path, without the reference.
     """
-    moved = view_graph.reachable(((e.i, e.j) for e in edges), reference) - {reference}
-    used = [k for k, edge in enumerate(edges) if edge.i in moved or edge.j in moved]
+    moved = reachable(((e.target, e.source) for e in edges), reference) - {reference}
+    used = [k for k, edge in enumerate(edges) if edge.target in moved or edge.source in moved]
     if not used:
         return motions, set()
     motions = motions.copy()
-    tails, heads = (np.array([getattr(edges[k], end) for k in used]) for end in "ij")
-    relative = np.stack([edges[k].T_i_j for k in used])
+    tails = np.array([edges[k].target for k in used])
+    heads = np.array([edges[k].source for k in used])
+    relative = np.stack([edges[k].T_target_source for k in used])
     root = np.sqrt(weights[used])[:, None]
     free = np.array(sorted(moved))
     system = root * _incidence(tails, heads, free)

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
+from mvreg.contracts import Pipeline
 from mvreg.types import Result, View
-
-if TYPE_CHECKING:
-    from mvreg.pipeline import Pipeline
 
 
 @dataclass(frozen=True)

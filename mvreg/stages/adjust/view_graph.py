@@ -7,8 +7,7 @@ one distance threshold serves for all its partners.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -18,26 +17,10 @@ from mvreg.geometry.nearest import within
 from mvreg.parallel import in_threads
 from mvreg.stages.adjust.dense import dense
 from mvreg.surface.overlap import neighbours
-from mvreg.types import Array, Result, View
+from mvreg.types import Array, Edge, Result, View
 
 #: Points asked per ordered pair of views: a share of so many is known to a per cent.
 MOST_POINTS = 2000
-
-
-@dataclass(frozen=True, eq=False)
-class Edge:
-    """One measured relative motion: ``x_i = T_i_j @ x_j``.
-
-    `i` (target) and `j` (source) are positions in the sequence of views asked about; `overlap` is
-    the share of j's points that lie on view i under the poses before, `trimmed_mse` (length^2) what
-    the refinement left.
-    """
-
-    i: int
-    j: int
-    T_i_j: Array
-    overlap: float
-    trimmed_mse: float
 
 
 def edges(
@@ -66,7 +49,8 @@ def edges(
     Returns
     -------
     list of Edge
-        Ordered by i, then j; a pair that overlaps both ways gives two. Empty where nothing does.
+        Between positions in `views`, ordered by target, then source; a pair that overlaps both ways
+        gives two. Empty where nothing does.
     """
     poses = result.poses
     shares = overlaps(poses, views)
@@ -82,9 +66,9 @@ def edges(
         start = se3.invert(poses[views[i].name]) @ poses[views[j].name]
         found = refine(views[j], targets[i], start)
         share = float(shares[i, j])
-        return Edge(i, j, found.T_target_source, share, found.trimmed_mse)
+        return Edge(j, i, found.T_target_source, share, found.trimmed_mse)
 
-    return [edge for edge in in_threads(measure, pairs) if np.isfinite(edge.T_i_j).all()]
+    return [edge for edge in in_threads(measure, pairs) if np.isfinite(edge.T_target_source).all()]
 
 
 def overlaps(poses: Mapping[str, Array], views: Sequence[View]) -> Array:
@@ -126,20 +110,6 @@ def overlaps(poses: Mapping[str, Array], views: Sequence[View]) -> Array:
     for i, found in zip(partners, in_threads(row, list(partners)), strict=True):
         shares[i, partners[i]] = found
     return shares
-
-
-def reachable(pairs: Iterable[tuple[int, int]], start: int) -> set[int]:
-    """What is joined to `start` by a chain of pairs, itself included."""
-    joined: dict[int, set[int]] = {}
-    for i, j in pairs:
-        joined.setdefault(i, set()).add(j)
-        joined.setdefault(j, set()).add(i)
-    found, waiting = {start}, [start]
-    while waiting:
-        new = joined.get(waiting.pop(), set()) - found
-        found |= new
-        waiting.extend(new)
-    return found
 
 
 def _distances(poses: Mapping[str, Array], source: View, target: View, reach: float) -> Array:

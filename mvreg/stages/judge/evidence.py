@@ -12,7 +12,7 @@ from mvreg.evidence.pooled import AGREED, Evidence, Meeting, weigh
 from mvreg.evidence.pooling import ROUGH
 from mvreg.evidence.view_pair import may_meet
 from mvreg.geometry import se3
-from mvreg.types import Array, Model, Registration, Verdict, View
+from mvreg.types import Array, Model, Registration, Verdict, View, ViewGraph
 
 #: A rival is looked at roughly first. If it is less probable than this share of what would make it
 #: one, that is all: on the Stanford scans the two looks differ by 0.001 at most.
@@ -29,30 +29,6 @@ def meetings(source: View, target: View, T_target_source: Array, step: int = 1) 
         for part, pose in zip(target.parts, homes @ T_target_source, strict=True)
         if may_meet(source, part.view, pose)
     ]
-
-
-def path(start: str, end: str, accepted: Sequence[Registration]) -> tuple[Array, int] | None:
-    """The motion from one scan to another along accepted registrations, the fewest there are.
-
-    Returns
-    -------
-    (T_end_start, steps) or None
-        None where no path of names leads there.
-    """
-    links: dict[str, list[tuple[str, Array]]] = {}
-    for one in accepted:
-        links.setdefault(one.source, []).append((one.target, one.T_target_source))
-        links.setdefault(one.target, []).append((one.source, se3.invert(one.T_target_source)))
-    found: dict[str, tuple[Array, int]] = {start: (np.eye(4), 0)}
-    waiting = [start]
-    while waiting and end not in found:
-        name = waiting.pop(0)
-        motion, steps = found[name]
-        for other, T_other_name in links.get(name, []):
-            if other not in found:
-                found[other] = T_other_name @ motion, steps + 1
-                waiting.append(other)
-    return found.get(end)
 
 
 def distance(source: View, first: Array, second: Array) -> float:
@@ -114,20 +90,25 @@ class EvidenceJudge:
         registration: Registration,
         source: View,
         target: View,
-        accepted: Sequence[Registration],
+        graph: ViewGraph,
     ) -> Verdict:
         pose = registration.T_target_source
         evidence = weigh(meetings(source, target, pose))
         rival = self.rival(registration, source, target)
         reason = self.objection(evidence, rival)
-        if reason is None and not self.closes(registration, source, target, accepted):
+        open_loop = reason is None and not self.closes(registration, source, target, graph)
+        if open_loop:
             reason = "the loop through accepted registrations does not close"
         odds, other = (p / max(1 - p, 1e-9) for p in (evidence.probability, rival))
         confidence = odds / (1 + odds + other)  # one of the poses at most is right
         return Verdict(
             reason is None, 1 - confidence, 1 - self.min_probability, reason or evidence.reason,
-            confidence, evidence.as_dict(),
+            confidence, evidence.as_dict(), open_loop,
         )  # fmt: skip
+
+    def together(self, pairs: Sequence[Meeting]) -> Evidence:
+        """Pool what view pairs show, as `mvreg.evidence.pooled.weigh`."""
+        return weigh(pairs)
 
     def objection(self, evidence: Evidence, rival: float) -> str | None:
         """Why the pose cannot be relied on, by itself and beside its best rival's probability."""
@@ -146,14 +127,14 @@ class EvidenceJudge:
         registration: Registration,
         source: View,
         target: View,
-        accepted: Sequence[Registration],
+        graph: ViewGraph,
     ) -> bool:
         """Whether the pose agrees with what accepted registrations say, where they do."""
-        joined = path(source.name, target.name, accepted)
-        if joined is None:
+        loop = graph.loop(source, target)
+        if loop is None:
             return True
-        allowed = self.loop_tolerance * source.scale.resolution * np.sqrt(joined[1] + 1)
-        return bool(distance(source, registration.T_target_source, joined[0]) <= allowed)
+        allowed = self.loop_tolerance * source.scale.resolution * np.sqrt(loop.steps + 1)
+        return bool(distance(source, registration.T_target_source, loop.motion) <= allowed)
 
     def rival(self, registration: Registration, source: View, target: View) -> float:
         """The probability of the best of the clearly different poses, taken by itself."""

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
 
 from mvreg.geometry import se3
-from mvreg.types import Registration, Verdict, View
+from mvreg.types import Registration, Verdict, View, ViewGraph
 
 
 class Units(Enum):
@@ -91,8 +91,25 @@ def length_read_as_one(view: View, reference_resolution: float) -> float:
     return view.scale.resolution / reference_resolution or 1.0
 
 
+class ResidualJudge(ABC):
+    """A judge whose score is a residual: on few points it is about what it is on all."""
+
+    @abstractmethod
+    def __call__(
+        self, registration: Registration, source: View, target: View, graph: ViewGraph
+    ) -> Verdict:
+        """Judge `registration`, see `mvreg.contracts.Judge`."""
+
+    def hopeless(
+        self, registration: Registration, few: View, target: View, graph: ViewGraph, factor: float
+    ) -> bool:
+        """Whether a pose scores worse than `factor` thresholds on `few` of the points."""
+        verdict = self(registration, few, target, graph)
+        return not verdict.reliable and verdict.score > factor * verdict.threshold
+
+
 @dataclass(frozen=True)
-class TmseJudge:
+class TmseJudge(ResidualJudge):
     """Eqs. (6) and (7): reliable if ``TMSE <= max(2 d_Q, 1.5 m_TMSE)``.
 
     d_Q is the target's resolution and m_TMSE the mean over the accepted registrations. Eq. (7)
@@ -125,14 +142,14 @@ class TmseJudge:
         registration: Registration,
         source: View,
         target: View,
-        accepted: Sequence[Registration],
+        graph: ViewGraph,
     ) -> Verdict:
         unit = 1.0
         if self.units is Units.resolution:
             unit = length_read_as_one(source, self.reference_resolution)
         threshold = self.resolution_factor * target.resolution * unit
-        if accepted:
-            mean = float(np.mean([a.trimmed_mse for a in accepted]))
+        if len(graph):
+            mean = float(np.mean([edge.trimmed_mse for edge in graph]))
             threshold = max(threshold, self.mean_factor * mean)  # Eq. (7)
         score = registration.trimmed_mse
         if score > threshold:
@@ -143,7 +160,7 @@ class TmseJudge:
 
 
 @dataclass(frozen=True)
-class PointToPlaneJudge:
+class PointToPlaneJudge(ResidualJudge):
     """Reliable if the trimmed pairs lie in each other's tangent planes and their normals agree.
 
     The point-to-plane residual tells right from wrong better than the trimmed MSE, which is mostly
@@ -174,7 +191,7 @@ class PointToPlaneJudge:
         registration: Registration,
         source: View,
         target: View,
-        accepted: Sequence[Registration],
+        graph: ViewGraph,
     ) -> Verdict:
         residual, agreement = surface_fit(registration, source, target)
         reason = "residual small and normals agree"
@@ -214,13 +231,13 @@ class TmseSurfaceJudge(TmseJudge):
         registration: Registration,
         source: View,
         target: View,
-        accepted: Sequence[Registration],
+        graph: ViewGraph,
     ) -> Verdict:
-        printed = super().__call__(registration, source, target, accepted)
+        printed = super().__call__(registration, source, target, graph)
         surface = PointToPlaneJudge(
             self.max_residual, self.min_agreement, min_stability=self.min_stability
         )
-        verdict = surface(registration, source, target, accepted)
+        verdict = surface(registration, source, target, graph)
         if not printed.reliable or verdict.reliable:
             return printed
         return Verdict(False, printed.score, printed.threshold, verdict.reason)

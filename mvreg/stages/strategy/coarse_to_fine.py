@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from mvreg.contracts import Pipeline
 from mvreg.errors import InputError
 from mvreg.geometry import se3
 from mvreg.geometry.nearest import mean_spacing
@@ -15,9 +16,6 @@ from mvreg.kernels import icp
 from mvreg.stages.strategy.grow import GrowStrategy, careful_levels
 from mvreg.surface.displacement import STILL, farthest
 from mvreg.types import Array, Features, Result, View
-
-if TYPE_CHECKING:
-    from mvreg.pipeline import Pipeline
 
 #: Of the score: smallest overlap and the paper's lambda, as in `TrimmedICP`.
 MIN_OVERLAP, EXPONENT = 0.4, 2.0

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mvreg.contracts import Pipeline
 from mvreg.stages.strategy.grow import Growth
 from mvreg.types import Result, View
-
-if TYPE_CHECKING:
-    from mvreg.pipeline import Pipeline
 
 
 @dataclass(frozen=True)

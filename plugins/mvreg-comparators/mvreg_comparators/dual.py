@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from mvreg.errors import InputError
 from mvreg.geometry import se3
-from mvreg.stages.judge.residual import length_read_as_one
+from mvreg.stages.judge.residual import ResidualJudge, length_read_as_one
 from mvreg.stages.refine.trimmed import TrimmedICP
-from mvreg.types import Array, Registration, Verdict, View
+from mvreg.types import Array, Registration, Verdict, View, ViewGraph
 
 
 @dataclass(frozen=True)
@@ -79,7 +78,7 @@ def disagreement(there: Registration, back: Registration, source: View) -> tuple
 
 
 @dataclass(frozen=True)
-class DualJudge(DualCriterion):
+class DualJudge(DualCriterion, ResidualJudge):
     """Reliable if it fits, and refining the way back undoes it: SpanT's criterion for one pose.
 
     A judge cannot search for a pose: the way back begins at the inverse of the registration, so
@@ -104,12 +103,12 @@ class DualJudge(DualCriterion):
         registration: Registration,
         source: View,
         target: View,
-        accepted: Sequence[Registration],
+        graph: ViewGraph,
     ) -> Verdict:
         unit = self.unit(source)
         level = target.resolution
-        if accepted:
-            level = float(np.mean([one.trimmed_mse for one in accepted])) / unit
+        if len(graph):
+            level = float(np.mean([edge.trimmed_mse for edge in graph])) / unit
         threshold = self.first_factor * level * unit
         score = registration.trimmed_mse
         if not self.fits(registration, source, level):

@@ -1,58 +1,23 @@
-"""The model graph: views as nodes, registrations as edges, and trees within it."""
+"""Trees within the view graph: the pairs that joining two of them implies."""
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-
-import numpy as np
+from collections.abc import Mapping
 
 from mvreg.geometry import se3
-from mvreg.types import Array
-
-
-@dataclass(frozen=True, eq=False)
-class Edge:
-    """A registration between the views number `source` and `target`; lower `cost` is better."""
-
-    source: int
-    target: int
-    T_target_source: Array
-    cost: float
-
-
-def poses_from(root: int, edges: Iterable[Edge]) -> dict[int, Array]:
-    """Poses ``T_root_view`` (4, 4) of what the edges connect to `root`, breadth first.
-
-    The root comes first, then what is one edge away, and so on. Where the edges have loops the
-    first of the shortest ways counts.
-    """
-    ways: dict[int, list[tuple[int, Array]]] = {}
-    for edge in edges:
-        ways.setdefault(edge.target, []).append((edge.source, edge.T_target_source))
-        ways.setdefault(edge.source, []).append((edge.target, se3.invert(edge.T_target_source)))
-    poses = {root: np.eye(4)}
-    waiting = deque([root])
-    while waiting:
-        here = waiting.popleft()
-        for there, T_here_there in ways.get(here, ()):
-            if there not in poses:
-                poses[there] = se3.project(poses[here] @ T_here_there)
-                waiting.append(there)
-    return poses
+from mvreg.types import Array, Edge
 
 
 def crossing(
-    first: Mapping[int, Array], second: Mapping[int, Array], edge: Edge
-) -> dict[tuple[int, int], Array]:
+    first: Mapping[str, Array], second: Mapping[str, Array], edge: Edge
+) -> dict[tuple[str, str], Array]:
     """The pairs that an edge implies between two trees that it joins, itself left out.
 
     Parameters
     ----------
-    first, second : mappings of int to (4, 4) array
+    first, second : mappings of name to (4, 4) array
         ``T_target_view`` of the tree with the edge's target, ``T_source_view`` of that with its
-        source, as `poses_from` gives them.
+        source, as `ViewGraph.poses` gives them.
     edge : Edge
 
     Returns

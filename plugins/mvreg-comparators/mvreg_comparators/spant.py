@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from mvreg.contracts import Pipeline
 from mvreg.geometry import se3
 from mvreg.stages.judge.residual import TmseJudge
-from mvreg.types import Array, Pair, Registration, Result, View
+from mvreg.types import Array, Edge, Pair, Registration, Result, View, ViewGraph
 from mvreg_comparators.dual import DualCriterion
-
-if TYPE_CHECKING:
-    from mvreg.pipeline import Pipeline
 
 
 @dataclass(eq=False)
@@ -25,7 +22,7 @@ class Growth:
     poses: dict[str, Array]
     waiting: list[View]
     pairs: list[Pair] = field(default_factory=list)
-    accepted: list[Registration] = field(default_factory=list)
+    graph: ViewGraph = field(default_factory=ViewGraph)
     smaller: list[float] = field(default_factory=list)
 
 
@@ -59,7 +56,7 @@ class SpanningTreeStrategy(DualCriterion):
         self, views: Sequence[View], pipeline: Pipeline, rng: np.random.Generator
     ) -> Result:
         if not self.judged:
-            pipeline = replace(pipeline, judge=self.first_criterion())
+            pipeline = pipeline.with_stages(judge=self.first_criterion())
         pipeline.begin(views[0])
         first = float(np.mean([view.resolution for view in views]))
         unit = self.unit(views[0])
@@ -71,7 +68,7 @@ class SpanningTreeStrategy(DualCriterion):
                 level = float(np.mean(growth.smaller)) / unit if growth.smaller else first
                 if not self.meet(source, target, pipeline, growth, level, rng):
                     continue
-                pose = growth.poses[target.name] @ growth.accepted[-1].T_target_source
+                pose = growth.poses[target.name] @ growth.graph.edges[-1].T_target_source
                 growth.poses[source.name] = se3.project(pose)
                 pipeline.place(source, growth.poses[source.name])
                 growth.waiting.remove(source)
@@ -100,7 +97,7 @@ class SpanningTreeStrategy(DualCriterion):
         back = self.attempt(target, source, pipeline, growth, rng)
         if back is None or not self.agree(there, back, source, level):
             return False
-        growth.accepted.append(there)
+        growth.graph = growth.graph.with_edge(Edge.of(there, source, target))
         growth.smaller.append(min(there.trimmed_mse, back.trimmed_mse))
         return True
 
@@ -113,6 +110,6 @@ class SpanningTreeStrategy(DualCriterion):
         rng: np.random.Generator,
     ) -> Registration | None:
         """Register one view to another; None if there is nothing, or nothing to rely on."""
-        found, pair = pipeline.register(source, target, growth.accepted, rng.spawn(1)[0])
+        found, pair = pipeline.register(source, target, growth.graph, rng.spawn(1)[0])
         growth.pairs.append(pair)
         return None if self.judged and not pair.verdict.reliable else found

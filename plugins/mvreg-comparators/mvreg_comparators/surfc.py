@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mvreg.contracts import Pipeline
 from mvreg.errors import InputError
 from mvreg.stages.judge.residual import surface_fit
-from mvreg.types import Array, Pair, Registration, Result, View
-from mvreg_comparators.graph import Edge, crossing, poses_from
+from mvreg.types import Array, Edge, Pair, Registration, Result, View, ViewGraph
+from mvreg_comparators.graph import crossing
 from mvreg_comparators.visibility import Visibility, Witness
-
-if TYPE_CHECKING:
-    from mvreg.pipeline import Pipeline
 
 
 @dataclass(frozen=True)
@@ -58,24 +55,19 @@ class SurfaceConsistentStrategy(Visibility):
         self, views: Sequence[View], pipeline: Pipeline, rng: np.random.Generator
     ) -> Result:
         pipeline.begin(views[0])
-        edges, pairs = register_all(views, pipeline, rng)
-        witnesses = [(view, self.image(view)) for view in views]
-        poses = poses_from(0, self.tree(witnesses, edges))
-        for index, pose in poses.items():
-            if index:
-                pipeline.place(views[index], pose)
-        return Result(
-            views[0].name,
-            {views[index].name: pose for index, pose in poses.items()},
-            tuple(view.name for index, view in enumerate(views) if index not in poses),
-            tuple(pairs),
-        )
+        graph, pairs = register_all(views, pipeline, rng)
+        witnesses = {view.name: (view, self.image(view)) for view in views}
+        poses = self.tree(witnesses, graph).poses(views[0].name)
+        for name, pose in list(poses.items())[1:]:
+            pipeline.place(witnesses[name][0], pose)
+        left = tuple(view.name for view in views if view.name not in poses)
+        return Result(views[0].name, poses, left, tuple(pairs))
 
-    def tree(self, witnesses: Sequence[Witness], edges: Sequence[Edge]) -> list[Edge]:
+    def tree(self, witnesses: Mapping[str, Witness], graph: ViewGraph) -> ViewGraph:
         """Join trees by the best edges that keep all of them consistent (Kruskal 1956)."""
-        chosen: list[Edge] = []
-        for edge in sorted(edges, key=lambda edge: edge.cost):
-            first, second = poses_from(edge.target, chosen), poses_from(edge.source, chosen)
+        chosen = ViewGraph()
+        for edge in sorted(graph, key=lambda edge: edge.cost):
+            first, second = chosen.poses(edge.target), chosen.poses(edge.source)
             if edge.source in first:
                 continue
             implied = crossing(first, second, edge)
@@ -83,7 +75,7 @@ class SurfaceConsistentStrategy(Visibility):
                 self.consistent(witnesses[b], witnesses[a], pose)
                 for (a, b), pose in implied.items()
             ):
-                chosen.append(edge)
+                chosen = chosen.with_edge(edge)
         return chosen
 
     def consistent(
@@ -102,16 +94,20 @@ class SurfaceConsistentStrategy(Visibility):
 
 def register_all(
     views: Sequence[View], pipeline: Pipeline, rng: np.random.Generator
-) -> tuple[list[Edge], list[Pair]]:
-    """Register every pair; edges are those judged reliable."""
-    edges, pairs = [], []
-    for target, source in combinations(range(len(views)), 2):
-        found, pair = pipeline.register(views[source], views[target], (), rng.spawn(1)[0])
+) -> tuple[ViewGraph, list[Pair]]:
+    """Register every pair; the graph is of those judged reliable.
+
+    The judge is shown the graph as it grows: where it looks at loops, a later pair that contradicts
+    earlier ones is refused.
+    """
+    graph, pairs = ViewGraph(), []
+    for target, source in combinations(views, 2):
+        found, pair = pipeline.register(source, target, graph, rng.spawn(1)[0])
         pairs.append(pair)
         if found is not None and pair.verdict.reliable:
-            worth = cost(found, views[source], views[target])
-            edges.append(Edge(source, target, found.T_target_source, worth))
-    return edges, pairs
+            edge = Edge.of(found, source, target)
+            graph = graph.with_edge(replace(edge, cost=cost(found, source, target)))
+    return graph, pairs
 
 
 def cost(registration: Registration, source: View, target: View) -> float:

@@ -10,16 +10,15 @@ the likelihood ratio, here they have fixed limits.)
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from mvreg.errors import InputError
 from mvreg.geometry import se3
-from mvreg.stages.judge.residual import looseness
+from mvreg.stages.judge.residual import ResidualJudge, looseness
 from mvreg.surface.range_image import RangeImage, Sensor
-from mvreg.types import Array, Registration, Verdict, View
+from mvreg.types import Array, Registration, Verdict, View, ViewGraph
 
 #: A view, and what its sensor saw; None where nothing is known of that.
 Witness = tuple[View, RangeImage | None]
@@ -110,7 +109,7 @@ class Visibility:
 
 
 @dataclass(frozen=True)
-class VisibilityJudge(Visibility):
+class VisibilityJudge(Visibility, ResidualJudge):
     """Reliable if neither scan stands in what the other saw to be free space (Huber and Hebert).
 
     Both ways where the target is a scan. A merged model has no sensor: then only what the source's
@@ -139,7 +138,7 @@ class VisibilityJudge(Visibility):
         registration: Registration,
         source: View,
         target: View,
-        accepted: Sequence[Registration],
+        graph: ViewGraph,
     ) -> Verdict:
         sights = self.sights(
             (source, self.image(source)),

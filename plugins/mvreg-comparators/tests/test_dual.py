@@ -5,6 +5,7 @@ from mvreg_comparators.dual import DualJudge
 
 from mvreg.stages.refine.trimmed import TrimmedICP
 from mvreg.testing import JudgeContract, overlap
+from mvreg.testing.views import graph_of
 from mvreg.types import Model
 
 
@@ -22,7 +23,7 @@ def found():
 def reason(found, accepted=(), **changes):
     pair = overlap()
     verdict = replace(DualJudge(max_rotation=5.0), **changes)(
-        found, pair.source, pair.target, accepted
+        found, pair.source, pair.target, graph_of(*accepted)
     )
     assert not verdict.reliable
     return verdict.reason

@@ -73,7 +73,7 @@ def test_no_way_back_is_a_refusal():
 
 
 class Doubting:
-    def __call__(self, registration, source, target, accepted):
+    def __call__(self, registration, source, target, graph):
         return Verdict(source.name != "blob_0", 0.0, 1.0, "doubts what moves the first")
 
 

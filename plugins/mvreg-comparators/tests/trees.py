@@ -42,7 +42,7 @@ class TrueBut:
 
 @dataclass(frozen=True)
 class Trusting:
-    def __call__(self, registration, source, target, accepted):
+    def __call__(self, registration, source, target, graph):
         return Verdict(True, 0.0, 1.0, "trusts")
 
 

@@ -14,7 +14,7 @@ import numpy as np
 import mvreg
 from mvreg.types import Array, Verdict
 from mvreg_peers.clouds import Cloud
-from mvreg_peers.graph import Edge
+from mvreg_peers.graph import Attempt
 
 # Open3D's tutorials "Global registration" and "Multiway registration", in voxels.
 NORMALS, NORMALS_MOST = 2.0, 30
@@ -79,18 +79,18 @@ class PairByFpfh:
 
     def __call__(
         self, number: tuple[int, int], source: Prepared, target: Prepared, seed: int
-    ) -> Edge:
+    ) -> Attempt:
         if min(*source.sizes, *target.sizes) < FEWEST:
-            return Edge(*number, self._verdict(0.0, "too few points"))
+            return Attempt(*number, self._verdict(0.0, "too few points"))
         with _RANDOM:
             start = time.perf_counter()  # waiting for the lock is no work
             coarse = self._match(source, target, seed)
         seconds = {"propagate": time.perf_counter() - start}
         if np.trace(coarse) == 4.0:  # the identity, to the last bit: it found nothing
-            return Edge(*number, self._verdict(0.0, "no candidate pose"), seconds=seconds)
+            return Attempt(*number, self._verdict(0.0, "no candidate pose"), seconds=seconds)
         edge = self._refine(number, source, target, coarse)
         seconds["refine"] = time.perf_counter() - start - seconds["propagate"]
-        return Edge(
+        return Attempt(
             *number, edge.verdict, coarse, edge.pose, edge.quality, edge.information,
             seconds=seconds,
         )  # fmt: skip
@@ -118,7 +118,7 @@ class PairByFpfh:
 
     def _refine(
         self, number: tuple[int, int], source: Prepared, target: Prepared, pose: Array
-    ) -> Edge:
+    ) -> Attempt:
         """ICP on the voxels, and if these fit, on all points."""
         reg = mvreg.load_open3d().pipelines.registration
         plane = reg.TransformationEstimationPointToPlane()
@@ -131,7 +131,7 @@ class PairByFpfh:
             verdict = self._verdict(fitness, f"fitness of the {level} cloud {fitness:.2f}")
             if not verdict.reliable:
                 break
-        return Edge(*number, verdict, None, np.array(pose), fitness, information)
+        return Attempt(*number, verdict, None, np.array(pose), fitness, information)
 
     def _verdict(self, fitness: float, reason: str) -> Verdict:
         """Enough of the smaller cloud must have met the other."""

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
+from mvreg.contracts import Pipeline
 from mvreg.errors import InputError, PluginError, check_positive
 from mvreg.geometry import se3
-from mvreg.pipeline import Pipeline
 from mvreg.types import Array, Result, Verdict, View
 from mvreg_peers.clouds import Cloud, clouds_of
-from mvreg_peers.graph import Edge, spanning_tree
+from mvreg_peers.graph import Attempt, spanning_tree
 from mvreg_peers.pairs import all_pairs, placed
 from mvreg_peers.threads import copies_of_tbb, one_thread
 
@@ -111,7 +111,7 @@ class KissGicpStrategy:
         with one_thread(*copies_of_tbb(kiss)):
             ready = [self._prepared(cloud, gicp) for cloud in clouds]
 
-            def attempt(source: int, target: int) -> Edge:
+            def attempt(source: int, target: int) -> Attempt:
                 ends = ready[source], ready[target]
                 return self._pair((source, target), *ends, kiss, gicp)
 
@@ -136,10 +136,10 @@ class KissGicpStrategy:
         target: Prepared | None,
         kiss: ModuleType,
         gicp: ModuleType,
-    ) -> Edge:
+    ) -> Attempt:
         """Match, then refine what was matched."""
         if source is None or target is None:
-            return Edge(*number, self._verdict(0.0, "too few points"))
+            return Attempt(*number, self._verdict(0.0, "too few points"))
         start = time.perf_counter()
         matcher = kiss.KISSMatcher(kiss.KISSMatcherConfig(VOXEL))
         solution = matcher.estimate(source.metres, target.metres)
@@ -147,12 +147,12 @@ class KissGicpStrategy:
         inliers = matcher.get_num_final_inliers()
         if not solution.valid or inliers < self.min_inliers:
             reason = f"{inliers} inliers of KISS-Matcher"
-            return Edge(*number, self._verdict(0.0, reason), seconds=seconds)
+            return Attempt(*number, self._verdict(0.0, reason), seconds=seconds)
         shift = np.asarray(solution.translation, dtype=float) * (self.voxel / VOXEL)
         coarse = se3.from_parts(np.asarray(solution.rotation, dtype=float), shift)
         edge = self._refined(number, (source, target), coarse, gicp)
         seconds["refine"] = time.perf_counter() - start - seconds["propagate"]
-        return Edge(
+        return Attempt(
             *number, edge.verdict, coarse, edge.pose, edge.quality, None, edge.iterations,
             edge.converged, seconds,
         )  # fmt: skip
@@ -160,7 +160,7 @@ class KissGicpStrategy:
     def _refined(
         self, number: tuple[int, int], ends: tuple[Prepared, Prepared], pose: Array,
         gicp: ModuleType,
-    ) -> Edge:  # fmt: skip
+    ) -> Attempt:  # fmt: skip
         """GICP on few points, and if these fit, on more."""
         verdict, overlap, iterations, converged = self._verdict(0.0, ""), 0.0, 0, False
         reaches = {"coarse": COARSE_REACH * COARSE * self.voxel, "fine": FINE_REACH * FINE}
@@ -176,7 +176,7 @@ class KissGicpStrategy:
             verdict = self._verdict(overlap, f"GICP pairs {overlap:.2f} of the {level} cloud")
             if not verdict.reliable:
                 break
-        return Edge(*number, verdict, None, pose, overlap, None, iterations, converged)
+        return Attempt(*number, verdict, None, pose, overlap, None, iterations, converged)
 
     def _verdict(self, overlap: float, reason: str) -> Verdict:
         """Enough of the smaller cloud must be paired."""

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 import mvreg
+from mvreg.contracts import Pipeline
 from mvreg.errors import InputError, check_positive
 from mvreg.geometry import se3
-from mvreg.pipeline import Pipeline
 from mvreg.types import Array, Result, View
 from mvreg_peers.clouds import clouds_of
 from mvreg_peers.fpfh import FINE, Matcher, PairByFpfh, prepare
-from mvreg_peers.graph import Edge, spanning_tree
+from mvreg_peers.graph import Attempt, spanning_tree
 from mvreg_peers.pairs import all_pairs, placed
 from mvreg_peers.threads import copies_of_tbb, one_thread
 
@@ -84,7 +84,7 @@ class Open3dMultiwayStrategy:
         ):
             ready = prepare(clouds, self.voxel)
 
-            def attempt(source: int, target: int) -> Edge:
+            def attempt(source: int, target: int) -> Attempt:
                 seed = int(seeds[source, target])
                 return register((source, target), ready[source], ready[target], seed)
 
@@ -92,7 +92,7 @@ class Open3dMultiwayStrategy:
             poses = self._optimised(spanning_tree(edges, 0), edges)
         return placed(views, clouds, poses, pairs, pipeline)
 
-    def _optimised(self, start: dict[int, Array], edges: Sequence[Edge]) -> dict[int, Array]:
+    def _optimised(self, start: dict[int, Array], edges: Sequence[Attempt]) -> dict[int, Array]:
         """The poses after the optimisation, of what unpruned edges still connect to the first."""
         reg = mvreg.load_open3d().pipelines.registration
         nodes = sorted(start)

@@ -11,12 +11,12 @@ from typing import TypeGuard
 import numpy as np
 
 from mvreg import events
+from mvreg.contracts import Pipeline
 from mvreg.geometry import se3
 from mvreg.geometry.nearest import nearest
-from mvreg.pipeline import Pipeline
 from mvreg.types import Array, Candidates, Matches, Pair, Registration, Result, View
 from mvreg_peers.clouds import Cloud, in_scan_frames
-from mvreg_peers.graph import Edge
+from mvreg_peers.graph import Attempt
 
 #: Two registration points closer than this are a pair (resolutions of the target).
 REACH = 2.0
@@ -26,9 +26,9 @@ def all_pairs(
     views: Sequence[View],
     clouds: Sequence[Cloud],
     pipeline: Pipeline,
-    attempt: Callable[[int, int], Edge],
+    attempt: Callable[[int, int], Attempt],
     threads: int = 0,
-) -> tuple[list[Edge], tuple[Pair, ...]]:
+) -> tuple[list[Attempt], tuple[Pair, ...]]:
     """Call ``attempt(source, target)`` for all N (N - 1) / 2 pairs, later scans onto earlier ones.
 
     `attempt` runs in so many threads, 0 for one per core: what it changes it must not share.
@@ -48,7 +48,9 @@ def all_pairs(
     return edges, tuple(pairs)
 
 
-def report(edge: Edge, views: Sequence[View], clouds: Sequence[Cloud], pipeline: Pipeline) -> Pair:
+def report(
+    edge: Attempt, views: Sequence[View], clouds: Sequence[Cloud], pipeline: Pipeline
+) -> Pair:
     """Tell observers of a pair, in the words of mvreg."""
     source, target = views[edge.source], views[edge.target]
     ends = clouds[edge.source], clouds[edge.target]
@@ -77,7 +79,7 @@ def is_pose(pose: Array | None) -> TypeGuard[Array]:
     return pose is not None and bool(np.isfinite(pose).all())
 
 
-def registered(edge: Edge, source: View, target: View, pose: Array) -> Registration:
+def registered(edge: Attempt, source: View, target: View, pose: Array) -> Registration:
     """What mvreg says of a pose ``T_target_source`` (4, 4): the registration points that it pairs.
 
     The peers have points and residuals of their own; these, within two resolutions of the target

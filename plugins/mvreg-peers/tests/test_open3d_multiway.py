@@ -3,7 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mvreg_peers.fpfh import Matcher
-from mvreg_peers.graph import Edge
+from mvreg_peers.graph import Attempt
 from mvreg_peers.open3d_multiway import Open3dMultiwayStrategy
 from peer_cases import PeerContract, assert_repeatable, bunny, errors_of
 
@@ -32,12 +32,12 @@ def ring(count: int = 5) -> list[Array]:
     return [np.eye(4), *(se3.random(rng, 20.0) for _ in range(count - 1))]
 
 
-def edge(poses: list[Array], source: int, target: int, off: Array | None = None) -> Edge:
+def edge(poses: list[Array], source: int, target: int, off: Array | None = None) -> Attempt:
     """An exact edge, or one that is off."""
     pose = se3.invert(poses[target]) @ poses[source] @ (np.eye(4) if off is None else off)
     quality = 1.0 if off is None else 0.5
     information = 1000 * np.diag([400.0, 400, 400, 1, 1, 1])
-    return Edge(source, target, Verdict(True, 0, 1, ""), None, pose, quality, information)
+    return Attempt(source, target, Verdict(True, 0, 1, ""), None, pose, quality, information)
 
 
 def test_a_wrong_edge_among_right_ones_is_pruned():
@@ -56,7 +56,7 @@ def test_small_errors_are_spread_over_the_loop():
     poses = ring()
     drift = se3.from_parts(np.eye(3), np.array([0.2, 0.0, 0.0]))
     edges = [edge(poses, i + 1, i) for i in range(4)]
-    edges = [Edge(e.source, e.target, e.verdict, None, e.pose @ drift, 1.0, e.information)
+    edges = [Attempt(e.source, e.target, e.verdict, None, e.pose @ drift, 1.0, e.information)
              for e in edges] + [edge(poses, 0, 4)]  # fmt: skip
     start = {0: np.eye(4)}
     for e in edges[:4]:

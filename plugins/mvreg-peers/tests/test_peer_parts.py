@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mvreg_peers.clouds import clouds_of, in_scan_frames
-from mvreg_peers.graph import Edge, spanning_tree
+from mvreg_peers.graph import Attempt, spanning_tree
 from mvreg_peers.threads import copies_of_tbb, one_thread, threads_allowed
 
 import mvreg
@@ -21,7 +21,7 @@ from mvreg.types import Verdict
 
 def edge(source, target, quality, poses, reliable=True):
     pose = se3.invert(poses[target]) @ poses[source]
-    return Edge(source, target, Verdict(reliable, 0, 0, ""), None, pose, quality)
+    return Attempt(source, target, Verdict(reliable, 0, 0, ""), None, pose, quality)
 
 
 def test_the_tree_takes_the_best_way_and_leaves_out_what_is_not_joined():

@@ -8,12 +8,11 @@ from mvreg.geometry import se3
 from mvreg.stages.adjust import view_graph
 from mvreg.stages.adjust.lrs import decomposition, stage
 from mvreg.stages.adjust.lrs.stage import LowRankSparse
-from mvreg.stages.adjust.view_graph import Edge
 from mvreg.testing import blob_views, pipeline
 from mvreg.testing.adjust import nearly_right
 from mvreg.testing.refine import nudge
 from mvreg.testing.views import plain_view
-from mvreg.types import Array
+from mvreg.types import Array, Edge
 
 
 def ring(count: int, chords: float, rng: np.random.Generator) -> tuple[Array, Array, Array]:
@@ -112,7 +111,7 @@ def test_the_stage_undoes_a_nudge_that_the_motions_know(monkeypatch: pytest.Monk
             poses = begin.poses if {i, j} == {0, 1} else truth
             if i != j:
                 motion = se3.invert(poses[one.name]) @ poses[other.name]
-                edges.append(Edge(i, j, motion, 0.8, 1.0))
+                edges.append(Edge(j, i, motion, 0.8, 1.0))
     monkeypatch.setattr(view_graph, "edges", lambda *_: edges)
     found = LowRankSparse()(begin, views, pipeline())
     for name, pose in truth.items():
@@ -124,10 +123,10 @@ def test_views_without_a_path_to_the_reference_keep_their_poses(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     views, begin = [*blob_views(3)], nearly_right()
-    monkeypatch.setattr(view_graph, "edges", lambda *_: [Edge(1, 2, np.eye(4), 0.8, 1.0)])
+    monkeypatch.setattr(view_graph, "edges", lambda *_: [Edge(2, 1, np.eye(4), 0.8, 1.0)])
     assert LowRankSparse()(begin, views, pipeline()) is begin
     motion = se3.from_parts(np.eye(3), np.ones(3))
-    monkeypatch.setattr(view_graph, "edges", lambda *_: [Edge(0, 1, motion, 0.8, 1.0)])
+    monkeypatch.setattr(view_graph, "edges", lambda *_: [Edge(1, 0, motion, 0.8, 1.0)])
     found = LowRankSparse()(begin, views, pipeline())
     last = views[2].name
     assert found.poses[last] is begin.poses[last]
@@ -136,14 +135,14 @@ def test_views_without_a_path_to_the_reference_keep_their_poses(
 
 def test_one_way_serves_the_other_way(rng: np.random.Generator) -> None:
     views, motion = list(blob_views(2)), se3.random(rng, 5.0)
-    relative, weights = LowRankSparse().blocks(views, [Edge(0, 1, motion, 0.8, 1.0)])
+    relative, weights = LowRankSparse().blocks(views, [Edge(1, 0, motion, 0.8, 1.0)])
     np.testing.assert_allclose(relative[1, 0] @ motion, np.eye(4), atol=1e-12)
     np.testing.assert_array_equal(weights, [[0, 1], [1, 0]])
 
 
 def test_weights_fall_with_the_square_of_the_error() -> None:
     views = list(blob_views(3))
-    edges = [Edge(0, 1, np.eye(4), 0.8, 1.0), Edge(0, 2, np.eye(4), 0.8, 2.0)]
+    edges = [Edge(1, 0, np.eye(4), 0.8, 1.0), Edge(2, 0, np.eye(4), 0.8, 2.0)]
     np.testing.assert_allclose(LowRankSparse(weighted=True).weights(views, edges), [1, 0.25])
     np.testing.assert_array_equal(LowRankSparse().weights(views, edges), [1, 1])
 

@@ -15,13 +15,13 @@ from mvreg.stages.adjust.motion_averaging import (
     WeightedMotionAveraging,
     average,
 )
-from mvreg.stages.adjust.view_graph import Edge
 from mvreg.surface.displacement import farthest
 from mvreg.testing import blob_scans, blob_views, pipeline
 from mvreg.testing.adjust import nearly_right
 from mvreg.testing.results import misplacement
 from mvreg.testing.views import moved_view, registration
-from mvreg.types import Result
+from mvreg.types import Edge, Result
+from mvreg.types.view_graph import reachable
 
 
 def ring(count, rng, shift=100.0):
@@ -32,7 +32,7 @@ def ring(count, rng, shift=100.0):
 
 def edge(motions, i, j, overlap=0.8, spoilt=None):
     relative = se3.invert(motions[i]) @ motions[j]
-    return Edge(i, j, relative if spoilt is None else relative @ spoilt, overlap, 1.0)
+    return Edge(j, i, relative if spoilt is None else relative @ spoilt, overlap, 1.0)
 
 
 def nudged(rng, angle=0.05, shift=1.0):
@@ -79,7 +79,9 @@ def test_the_error_of_a_loop_is_spread_evenly(rng):
     gap = se3.exp(np.array([0, 0, 0.1, 0, 0, 0]))
     edges = [edge(truth, i, j) for i, j in LOOP[:-1]] + [edge(truth, 4, 0, spoilt=gap)]
     found, _ = average(truth, edges, np.ones(5), 0)
-    left = [se3.log(se3.invert(found[e.i] @ e.T_i_j) @ found[e.j]) for e in edges]
+    left = [
+        se3.log(se3.invert(found[e.target] @ e.T_target_source) @ found[e.source]) for e in edges
+    ]
     np.testing.assert_allclose(np.abs(left)[:, 2], 0.1 / 5, rtol=1e-9)
     np.testing.assert_allclose(np.delete(left, 2, axis=1), 0, atol=1e-12)
 
@@ -107,7 +109,7 @@ def test_both_directions_of_a_pair_agree(rng):
     start = truth.copy()
     start[2] = start[2] @ nudged(rng)
     one = [edge(truth, i, j) for i, j in [(0, 1), (1, 2), (2, 3)]]
-    back = [edge(truth, e.j, e.i) for e in one]
+    back = [edge(truth, e.source, e.target) for e in one]
     for edges in (one, back, one + back):
         np.testing.assert_allclose(average(start, edges, np.ones(6), 0)[0], truth, atol=1e-9)
 
@@ -126,9 +128,9 @@ def test_what_no_edge_joins_to_the_reference_keeps_its_pose(rng):
 
 def test_reachable_views():
     pairs = [(1, 0), (1, 2), (4, 5)]
-    assert view_graph.reachable(pairs, 0) == {0, 1, 2}
-    assert view_graph.reachable(pairs, 5) == {4, 5}
-    assert view_graph.reachable(pairs, 3) == {3}
+    assert reachable(pairs, 0) == {0, 1, 2}
+    assert reachable(pairs, 5) == {4, 5}
+    assert reachable(pairs, 3) == {3}
 
 
 def exact():
@@ -191,12 +193,12 @@ def test_edges_are_ordered_and_measured_from_the_poses_given():
     perfect = Perfect(poses)
     start = nearly_right()
     found = view_graph.edges(start, views, perfect.refine, 0.65)
-    pairs = [(edge.i, edge.j) for edge in found]
+    pairs = [(edge.target, edge.source) for edge in found]
     assert pairs == sorted(pairs)
     assert {(0, 1), (1, 0), (1, 2), (2, 1)} <= set(pairs)
     for one in found:
-        truth = se3.invert(poses[views[one.i].name]) @ poses[views[one.j].name]
-        np.testing.assert_allclose(one.T_i_j, truth, atol=1e-9)
+        truth = se3.invert(poses[views[one.target].name]) @ poses[views[one.source].name]
+        np.testing.assert_allclose(one.T_target_source, truth, atol=1e-9)
         assert 0.65 < one.overlap <= 1
     assert view_graph.edges(start, views, perfect.refine, 0.999) == []
 

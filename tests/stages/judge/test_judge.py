@@ -14,8 +14,8 @@ from mvreg.stages.judge.residual import (
     stability,
     surface_fit,
 )
-from mvreg.testing.views import overlap, plain_view, registration
-from mvreg.types import Scale
+from mvreg.testing.views import graph_of, overlap, plain_view, registration
+from mvreg.types import Scale, ViewGraph
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -47,7 +47,7 @@ def fit_with(mse, overlap_share=1.0):
 )
 def test_eq_7_as_printed(mse, resolution, accepted, threshold, reliable):
     found, source, target = fit_with(mse)
-    before = [replace(found, trimmed_mse=value) for value in accepted]
+    before = graph_of(*(replace(found, trimmed_mse=value) for value in accepted))
     judge = TmseJudge(2.0, 1.5, 0.0, Units.given)
     verdict = judge(found, source, replace(target, resolution=resolution), before)
     assert verdict.threshold == pytest.approx(threshold)
@@ -63,16 +63,18 @@ def test_eq_7_without_units_is_the_printed_one_where_the_resolution_is_as_the_bu
     scale = Scale(10.0 * unit, 1.4 * unit)
     source, target = replace(source, scale=scale), replace(target, resolution=1.3 * unit)
     judge = TmseJudge(2.0, 1.5, 0.0, Units.resolution, 1.4)
-    verdict = judge(found, source, target, [])
+    verdict = judge(found, source, target, ViewGraph())
     assert verdict.threshold == pytest.approx(2 * 1.3 * unit**2)
     assert verdict.reliable
-    assert not judge(replace(found, trimmed_mse=2.61 * unit**2), source, target, []).reliable
+    assert not judge(
+        replace(found, trimmed_mse=2.61 * unit**2), source, target, ViewGraph()
+    ).reliable
 
 
 def test_factors_are_parameters():
     found, source, target = fit_with(1.0)
     judge = TmseJudge(3.0, 4.0, 0.0, Units.given)
-    assert judge(found, source, target, []).threshold == pytest.approx(3.0)
+    assert judge(found, source, target, ViewGraph()).threshold == pytest.approx(3.0)
     assert judge(found, source, target, [found]).threshold == pytest.approx(4.0)
 
 
@@ -81,7 +83,7 @@ def test_too_little_overlap_is_not_relied_on(judge):
     found, source, target = fit_with(0.01, overlap_share=0.5)
     for least, reliable in [(0.0, True), (0.5, True), (0.51, False)]:
         free = {} if judge is TmseJudge else {"min_stability": 0.0}  # a plane slides
-        verdict = judge(min_overlap=least, **free)(found, source, target, [])
+        verdict = judge(min_overlap=least, **free)(found, source, target, ViewGraph())
         assert verdict.reliable is reliable
         if not reliable:
             assert verdict.reason == "overlap below 0.51"
@@ -127,11 +129,13 @@ def test_point_to_plane_says_what_is_wrong():
     source, target = flat("source"), flat("target")
     away = se3.from_parts(np.eye(3), np.array([0, 0, 0.7]))
     lifted = registration(source, target, away)
-    verdict = PointToPlaneJudge(max_residual=0.5)(lifted, source, target, [])
+    verdict = PointToPlaneJudge(max_residual=0.5)(lifted, source, target, ViewGraph())
     assert (verdict.reliable, verdict.reason) == (False, "point-to-plane residual too large")
     assert (verdict.score, verdict.threshold) == (pytest.approx(0.7), 0.5)
     below = replace(source, normals=-source.normals)
-    verdict = PointToPlaneJudge()(registration(below, target, np.eye(4)), below, target, [])
+    verdict = PointToPlaneJudge()(
+        registration(below, target, np.eye(4)), below, target, ViewGraph()
+    )
     assert (verdict.reliable, verdict.reason) == (False, "normals disagree")
 
 
@@ -141,9 +145,9 @@ def test_both_tests_must_pass(mse, gap):
     source, target = flat("source"), flat("target")
     lifted = registration(source, target, se3.from_parts(np.eye(3), np.array([0, 0, gap])))
     found = replace(lifted, trimmed_mse=mse)
-    verdict = TmseSurfaceJudge()(found, source, target, [])
-    first = TmseJudge()(found, source, target, [])
-    second = PointToPlaneJudge()(found, source, target, [])
+    verdict = TmseSurfaceJudge()(found, source, target, ViewGraph())
+    first = TmseJudge()(found, source, target, ViewGraph())
+    second = PointToPlaneJudge()(found, source, target, ViewGraph())
     assert verdict.reliable is (first.reliable and second.reliable)
     assert (verdict.score, verdict.threshold) == (first.score, first.threshold)
     reasons = [v.reason for v in (first, second) if v.reliable is verdict.reliable]
@@ -174,10 +178,10 @@ def test_what_slides_along_itself_is_ambiguous(judge, shape):
     view = shape()
     found = registration(view, view, np.eye(4))
     assert stability(found, view, view) < 1e-9
-    verdict = judge()(found, view, view, [])
+    verdict = judge()(found, view, view, ViewGraph())
     assert not verdict.reliable
     assert "ambiguous" in verdict.reason
-    assert judge(min_stability=0.0)(found, view, view, []).reliable
+    assert judge(min_stability=0.0)(found, view, view, ViewGraph()).reliable
 
 
 def test_what_has_a_shape_is_stable_in_any_unit():

@@ -9,11 +9,11 @@ from mvreg.errors import InputError
 from mvreg.evidence.pooled import weigh
 from mvreg.evidence.pooling import ROUGH
 from mvreg.geometry import se3
-from mvreg.stages.judge.evidence import EvidenceJudge, distance, meetings, path
+from mvreg.stages.judge.evidence import EvidenceJudge, distance, meetings
 from mvreg.testing import blob_scans, blob_views, overlap
 from mvreg.testing.scans import blob_scan, plane_scans, sensor_pose
-from mvreg.testing.views import pipeline, registration
-from mvreg.types import Model, Part
+from mvreg.testing.views import graph_of, pipeline, registration
+from mvreg.types import Model, Part, ViewGraph
 
 
 def found(pose=None):
@@ -22,9 +22,9 @@ def found(pose=None):
     return registration(pair.source, pair.target, pose)
 
 
-def judged(one, accepted=(), **parameters):
+def judged(one, *accepted, **parameters):
     pair = overlap()
-    return EvidenceJudge(**parameters)(one, pair.source, pair.target, accepted)
+    return EvidenceJudge(**parameters)(one, pair.source, pair.target, graph_of(*accepted))
 
 
 def turned(degrees, pose):
@@ -100,17 +100,17 @@ def test_a_loop_that_does_not_close_is_seen():
     onwards = se3.invert(truth[pair.target.name]) @ truth[middle]
     first = replace(found(to_middle), target=middle)
     second = replace(found(onwards), source=middle)
-    assert judged(found(), [first, second]).reliable
+    assert judged(found(), first, second).reliable
     # The same, told the other way round.
     reverse = replace(found(se3.invert(onwards)), source=pair.target.name, target=middle)
-    assert judged(found(), [first, reverse]).reliable
+    assert judged(found(), first, reverse).reliable
     wrong = replace(second, T_target_source=turned(20, onwards))
-    verdict = judged(found(), [first, wrong])
+    verdict = judged(found(), first, wrong)
     assert not verdict.reliable
-    assert "loop" in verdict.reason
-    assert judged(found(), [first, wrong], loop_tolerance=1e3).reliable
-    assert judged(found(), [wrong]).reliable, "no loop yet"
-    assert path(pair.source.name, pair.target.name, [first, second])[1] == 2
+    assert "loop" in verdict.reason and verdict.open_loop
+    assert judged(found(), first, wrong, loop_tolerance=1e3).reliable
+    assert judged(found(), wrong).reliable, "no loop yet"
+    assert graph_of(first, second).loop(pair.source, pair.target).steps == 2
     np.testing.assert_allclose(onwards @ to_middle, pose, atol=1e-9)
 
 
@@ -125,9 +125,9 @@ def test_of_a_model_every_part_has_a_say():
     assert [m.target for m in met] == [first, second]
     for meeting, part in zip(met, parts, strict=True):
         np.testing.assert_allclose(part.T_model_scan @ meeting.T_target_source, pose, atol=1e-9)
-    verdict = EvidenceJudge()(registration(source, first, pose), source, model, ())
+    verdict = EvidenceJudge()(registration(source, first, pose), source, model, ViewGraph())
     assert verdict.reliable
-    alone = EvidenceJudge()(registration(source, first, pose), source, first, ())
+    alone = EvidenceJudge()(registration(source, first, pose), source, first, ViewGraph())
     assert verdict.evidence["points"] > alone.evidence["points"]
     bare = replace(model, parts=())
     assert [m.target for m in meetings(source, bare, pose)] == [bare]

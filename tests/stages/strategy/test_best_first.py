@@ -158,12 +158,12 @@ def joined(views, truth):
 def test_a_view_that_all_others_contradict_is_taken_back():
     views, truth = blob_views(3), blob_scans(3).poses
     models = joined(views, truth)
-    assert BestFirst().take_back(models) == []
+    assert BestFirst().take_back(models, EvidenceJudge()) == []
     centre = views[2].points.mean(axis=0)
     turn = se3.exp(np.array([0.0, 0.0, 1.0, 0, 0, 0]))
     turn[:3, 3] = centre - turn[:3, :3] @ centre
     models.poses[2] = models.poses[2] @ turn
-    assert BestFirst().take_back(models) == [2]
+    assert BestFirst().take_back(models, EvidenceJudge()) == [2]
     answer = outcome(models, np.ones((3, 3)), [])
     assert answer.unregistered == (views[2].name,)
 
@@ -175,13 +175,15 @@ def test_a_rough_look_is_enough_for_a_view_in_its_place(monkeypatch):
     views, truth = blob_views(3), blob_scans(3).poses
     models = joined(views, truth)
     for meetings in models.met_by([0, 1, 2]).values():
-        assert doubt(meetings) == pytest.approx(1 - weigh(meetings).probability, abs=0.05)
+        assert doubt(EvidenceJudge(), meetings) == pytest.approx(
+            1 - weigh(meetings).probability, abs=0.05
+        )
     steps.clear()
-    assert BestFirst().take_back(models) == []
+    assert BestFirst().take_back(models, EvidenceJudge()) == []
     assert set(steps) == {pooling.ROUGH}
     models.poses[2] = models.poses[2] @ se3.exp(np.array([0.0, 0.0, 1.0, 0, 0, 0]))
     wrong = models.met_by([0, 1, 2])[2]
-    assert doubt(wrong) == 1 - weigh(wrong).probability > 0.5
+    assert doubt(EvidenceJudge(), wrong) == 1 - weigh(wrong).probability > 0.5
 
 
 def test_a_join_is_refused_that_the_other_scans_object_to():
@@ -197,10 +199,13 @@ def test_a_join_is_refused_that_the_other_scans_object_to():
     found = JUDGED.refine(models.views[2], models.views[0], true(0, 2))
     verdict = Verdict(True, 0.0, 1.0, "fine")
     models.join(3, 2, true(2, 3))
-    agreed = BestFirst().agreed(models, 2, 0, found, verdict)
+    agreed = BestFirst().agreed(models, EvidenceJudge(), 2, 0, found, verdict)
     assert not agreed.reliable
     assert "object" in agreed.reason
-    assert BestFirst().agreed(PartialModels(models.views), 2, 0, found, verdict) is verdict
+    assert (
+        BestFirst().agreed(PartialModels(models.views), EvidenceJudge(), 2, 0, found, verdict)
+        is verdict
+    )
 
 
 def test_a_copy_of_partial_models_changes_alone():

@@ -38,9 +38,9 @@ class Scripted:
     def extend(self, model, view, found):
         return replace(model, parts=(*model.parts, Part(view, np.eye(4))))
 
-    def register(self, source, target, accepted, rng, give_up=np.inf):
+    def register(self, source, target, graph, rng, give_up=np.inf):
         size = len(target.members)
-        self.asked.append((source.name, size, self.level, len(accepted)))
+        self.asked.append((source.name, size, self.level, len(graph)))
         self.told.append(rng.random())
         level, least = self.needs[source.name]
         if level is None:

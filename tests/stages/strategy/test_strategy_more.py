@@ -36,8 +36,8 @@ class Scripted:
     def extend(self, model, view, found):
         return replace(model, parts=(*model.parts, Part(view, np.eye(4))))
 
-    def register(self, source, target, accepted, rng, give_up=np.inf):
-        self.asked.append((source.name, target.members, len(accepted)))
+    def register(self, source, target, graph, rng, give_up=np.inf):
+        self.asked.append((source.name, target.members, len(graph)))
         self.drawn.append(rng.random())
         if source.name in self.without:
             return None, Pair(source.name, "model", Verdict(False, np.inf, 0.0, "none"))

@@ -13,8 +13,8 @@ from mvreg.stages.adjust.joint.correspondences import Contacts, Gate, contacts, 
 from mvreg.stages.adjust.joint.covariance import covariances
 from mvreg.stages.adjust.joint.normal_equations import CUT, Frame, Rows, System, rows, spread
 from mvreg.stages.adjust.joint.surface import Surface
-from mvreg.stages.adjust.view_graph import reachable
 from mvreg.types import Array, Link
+from mvreg.types.view_graph import reachable
 
 #: The phases, from far off to the end: contacts of every n-th sample, on planes or on curved
 #: patches, no farther apart than (resolutions; None for the stage's own reach), until no point

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
+from mvreg.contracts import Pipeline
 from mvreg.errors import InputError
 from mvreg.stages.adjust.joint.solver import Settled, Solver
 from mvreg.stages.adjust.joint.surface import surfaces
 from mvreg.surface.consistency import closeness
 from mvreg.types import Array, Result, View
-
-if TYPE_CHECKING:
-    from mvreg.pipeline import Pipeline
 
 #: The surfaces may measure worse by this share before the poses found are thrown away: so much
 #: does the measure itself differ between poses a hundredth of a resolution apart.

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mvreg.contracts import Pipeline
 from mvreg.errors import InputError, check_positive
 from mvreg.geometry import se3
 from mvreg.stages.adjust.jrmpc import em
-from mvreg.stages.adjust.view_graph import overlaps, reachable
+from mvreg.stages.adjust.view_graph import overlaps
 from mvreg.surface.displacement import fixes_pose
 from mvreg.types import Array, Result, View
-
-if TYPE_CHECKING:
-    from mvreg.pipeline import Pipeline
+from mvreg.types.view_graph import reachable
 
 #: The poses stand still when no point moves farther than this after a draw (resolutions).
 STILL = 1e-2

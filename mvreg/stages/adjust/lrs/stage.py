@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mvreg.contracts import Pipeline
 from mvreg.errors import InputError
 from mvreg.geometry import se3
 from mvreg.stages.adjust import view_graph
 from mvreg.stages.adjust.lrs import decomposition
-from mvreg.stages.adjust.view_graph import Edge
 from mvreg.surface.displacement import fixes_pose
-from mvreg.types import Array, Result, View
-
-if TYPE_CHECKING:
-    from mvreg.pipeline import Pipeline
+from mvreg.types import Array, Edge, Result, View
+from mvreg.types.view_graph import reachable
 
 
 @dataclass(frozen=True)
@@ -62,11 +59,11 @@ class LowRankSparse:
             return result
         edges = view_graph.edges(result, placed, pipeline.refine, self.min_overlap)
         reference = names.index(result.reference)
-        joined = sorted(view_graph.reachable(((e.i, e.j) for e in edges), reference))
+        joined = sorted(reachable(((e.target, e.source) for e in edges), reference))
         edges = [
-            replace(edge, i=joined.index(edge.i), j=joined.index(edge.j))
+            replace(edge, target=joined.index(edge.target), source=joined.index(edge.source))
             for edge in edges
-            if edge.i in joined and edge.j in joined
+            if edge.target in joined and edge.source in joined
         ]
         found = self.solve(result, [placed[index] for index in joined], edges) if edges else None
         return result if found is None else replace(result, poses=found, model=None)
@@ -98,7 +95,8 @@ class LowRankSparse:
         relative = np.tile(np.eye(4), (count, count, 1, 1))
         weights = np.zeros((count, count))
         for edge, weight in zip(edges, self.weights(views, edges), strict=True):
-            relative[edge.i, edge.j], weights[edge.i, edge.j] = edge.T_i_j, weight
+            i, j = edge.target, edge.source
+            relative[i, j], weights[i, j] = edge.T_target_source, weight
         for i, j in np.argwhere((weights > 0).T & (weights == 0)):
             relative[i, j], weights[i, j] = se3.invert(relative[j, i]), weights[j, i]
         return completed(relative, weights) if self.complete else (relative, weights)
@@ -108,9 +106,9 @@ class LowRankSparse:
         if not self.weighted:
             return np.ones(len(edges))
         # Motions that fit to a thousandth of the resolution are exact: no weight without bound.
-        least = 1e-6 * np.array([views[edge.i].scale.resolution ** 2 for edge in edges])
+        least = 1e-6 * np.array([views[edge.target].scale.resolution ** 2 for edge in edges])
         errors = np.maximum([edge.trimmed_mse for edge in edges], least)
-        found = (np.array([views[edge.i].resolution for edge in edges]) / errors) ** 2
+        found = (np.array([views[edge.target].resolution for edge in edges]) / errors) ** 2
         shares: Array = found / found.max()
         return shares
 

@@ -5,29 +5,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mvreg.contracts import Judge, Pipeline
 from mvreg.errors import check_ascending, check_positive
-from mvreg.evidence.pooled import Meeting, weigh
 from mvreg.evidence.view_pair import witness
 from mvreg.geometry import se3
 from mvreg.parallel import in_threads
+from mvreg.stages.strategy.best_first.joint_verdict import beside_its_turns, doubt, together
+from mvreg.stages.strategy.best_first.loop_closure import LoopClosure
 from mvreg.stages.strategy.best_first.overlap_score import promise
 from mvreg.stages.strategy.best_first.partial_models import PartialModels
 from mvreg.stages.strategy.best_first.search import Search
-from mvreg.stages.strategy.best_first.symmetry import turned
-from mvreg.types import Array, Pair, Registration, Result, Verdict, View
-
-if TYPE_CHECKING:
-    from mvreg.pipeline import Pipeline
+from mvreg.types import Array, Edge, Pair, Registration, Result, Verdict, View, ViewGraph
 
 #: Scans that were taken back get so many further rounds of attempts.
 ROUNDS = 2
-#: A view that is so probably in its place by a rough look is not looked at again: of 93 scans of
-#: Bunny, Dragon and Buddha, and of halves of them, the two looks differ by 0.04 at most.
-SURE = 0.9
 
 
 @dataclass(frozen=True)
@@ -56,7 +50,8 @@ class BestFirst:
         A partial model that failed so often, and once more for every further scan that it has, is
         not moved any more; others may still be moved to it.
     min_probability : float
-        What all scans together say of a join, and of each scan at the end, must be as probable.
+        What all scans together say of a join, and of each scan at the end, must be as probable; of
+        a judge that cannot pool, see `together`, it is the share of points in reliable pairs.
     """
 
     radii: list[float] = field(default_factory=lambda: [1.0, 2.0, 3.0])
@@ -79,10 +74,13 @@ class BestFirst:
         models = PartialModels(views)
         search = Search(promises, models, self.parts, self.patience)
         pairs: list[Pair] = []
+        graph = ViewGraph()
+        loops = LoopClosure(search, pipeline, pairs, rng)
         pipeline.begin(views[int(promises.sum(axis=1).argmax())])
         for _ in range(ROUNDS):
-            self.grow(search, pipeline, pairs, promises, rng)
-            taken = self.take_back(models)
+            graph = self.grow(search, pipeline, pairs, promises, graph, loops, rng)
+            taken = self.take_back(models, pipeline.judge)
+            graph = graph.without({views[k].name for k in taken})
             if not taken:
                 break
             search.failures[taken] = np.minimum(search.failures[taken], self.patience - 1)
@@ -96,8 +94,10 @@ class BestFirst:
         pipeline: Pipeline,
         pairs: list[Pair],
         promises: Array,
+        graph: ViewGraph,
+        loops: LoopClosure,
         rng: np.random.Generator,
-    ) -> None:
+    ) -> ViewGraph:
         """Join partial models as long as there is something to try; `pairs` gets every attempt."""
         models = search.models
         while (found := search.next()) is not None:
@@ -105,21 +105,25 @@ class BestFirst:
             target = models.target(targets, pipeline)
             view = models.views[source]
             checks = (
-                partial(beside_its_turns, pipeline, view, target),
-                partial(self.agreed, models, source, targets[0]),
+                beside_its_turns(pipeline, view, target, graph),
+                partial(self.agreed, models, pipeline.judge, source, targets[0]),
+                loops.check(source, targets, graph),
             )
-            registration, pair = pipeline.register(view, target, [], rng.spawn(1)[0], checks)
+            registration, pair = pipeline.register(view, target, graph, rng.spawn(1)[0], checks)
             pairs.append(replace(pair, target=models.views[targets[0]].name))
             if registration is None or not pair.verdict.reliable:
                 search.failed(source, targets)
                 continue
             models.join(source, targets[0], registration.T_target_source)
+            graph = graph.with_edge(Edge.of(registration, view, target))
             search.joined()
             pipeline.revise(outcome(models, promises, pairs))
+        return graph
 
     def agreed(
         self,
         models: PartialModels,
+        judge: Judge,
         source: int,
         target: int,
         registration: Registration,
@@ -132,20 +136,20 @@ class BestFirst:
         staying = models.members(int(models.group[target]))
         trial = models.copy()
         trial.join(source, target, registration.T_target_source)
-        evidence = weigh(trial.meetings(moving.tolist(), staying.tolist()))
-        if evidence.probability >= self.min_probability:
+        found = together(judge, trial.meetings(moving.tolist(), staying.tolist()))
+        if found.probability >= self.min_probability:
             return verdict
-        reason = f"the other scans of the partial models object: {evidence.reason}"
+        reason = f"the other scans of the partial models object: {found.reason}"
         return replace(verdict, reliable=False, reason=reason)
 
-    def take_back(self, models: PartialModels) -> list[int]:
+    def take_back(self, models: PartialModels, judge: Judge) -> list[int]:
         """Take every view out of its group that all it meets there speaks against; which ones."""
         taken: list[int] = []
         for members in models.groups():
             left = waiting = members.tolist()
             met, doubts = models.met_by(left), dict[int, float]()
             while len(left) > 1:
-                weighed = in_threads(doubt, [met[k] for k in waiting])
+                weighed = in_threads(partial(doubt, judge), [met[k] for k in waiting])
                 doubts.update(zip(waiting, weighed, strict=True))
                 worst = max(left, key=lambda k: doubts[k])
                 if doubts[worst] <= 1 - self.min_probability:
@@ -156,24 +160,6 @@ class BestFirst:
                 models.leave(worst)
                 taken.append(worst)
         return taken
-
-
-def doubt(meetings: Sequence[Meeting]) -> float:
-    """The probability that a view is in the wrong place, by all that it meets; or roughly so."""
-    rough = weigh([meeting.rough for meeting in meetings]).probability
-    return 1 - (rough if rough > SURE else weigh(meetings).probability)
-
-
-def beside_its_turns(
-    pipeline: Pipeline, source: View, target: View, registration: Registration, verdict: Verdict
-) -> Verdict:
-    """The verdict on a reliable pose, once more beside the poses that a symmetry would allow."""
-    if not verdict.reliable:
-        return verdict
-    rivals = turned(registration, source, target, pipeline.refine)
-    if not len(rivals):
-        return verdict
-    return pipeline.judge(replace(registration, rivals=rivals), source, target, [])
 
 
 def outcome(models: PartialModels, promises: Array, pairs: Sequence[Pair]) -> Result:
