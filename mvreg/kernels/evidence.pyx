@@ -18,6 +18,9 @@ from mvreg.kernels.tree cimport Tree, node_distance
 
 import numpy as np
 
+from mvreg.errors import InputError
+from mvreg.kernels import checks
+
 # Rays that answer for a point, at most; cells between them; numbers that are summed up over the points that meet.
 cdef enum:
     MOST_RAYS = 64
@@ -68,13 +71,15 @@ cdef class Rays:
     cdef double distance, reach, edge
     cdef bint central
 
-    def __init__(self, points, direction, origin, double reach):
-        cdef const double[:, ::1] given = np.ascontiguousarray(points, dtype=np.float64)
-        cdef const double[::1] vector = np.array(
-            origin if direction is None else direction, dtype=np.float64
-        )
+    def __cinit__(self, points, direction, origin, double reach):
+        cdef const double[:, ::1] given = checks.floats("points", points, "N", 3, finite=True)
+        cdef const double[::1] vector = (
+            checks.floats("origin", origin, 3, finite=True) if direction is None
+            else checks.floats("direction", direction, 3, finite=True))
         cdef Py_ssize_t count = given.shape[0], i
         cdef int k
+        if reach == INFINITY:
+            raise InputError("reach: expected a finite number, got inf")
         self.reach = reach
         self.central = direction is None
         self.distance = 1
@@ -160,9 +165,10 @@ cdef class Rays:
             some.clear()
             i = 0
             while i < count:
-                some.push_back(self.rays[i].x[k])
+                if fabs(self.rays[i].x[k]) < INFINITY:
+                    some.push_back(self.rays[i].x[k])
                 i += count // 1000 + 1
-            if count:
+            if some.size():
                 sort(some.begin(), some.end())
                 self.low[k] = some[some.size() // 100]
                 self.high[k] = some[some.size() - 1 - some.size() // 100]
@@ -174,7 +180,7 @@ cdef class Rays:
         cdef Py_ssize_t count = self.rays.size(), occupied = 0, i
         cdef double area
         cdef int k
-        self.edge = edge / 2
+        self.edge = fmax(edge / 2, LEAST)
         area = INFINITY
         while not area <= 4.0 * count + 1000:
             self.edge *= 2
@@ -276,7 +282,7 @@ cdef class Rays:
             ray = &self.rays[r]
             a, b, c = ray.x[0] - one.x[0], ray.x[1] - one.x[1], ray.x[2] - one.x[2]
             d = a * a + b * b + c * c
-            if d >= least[0]:
+            if not d < least[0]:
                 continue
             place = found[0] if found[0] < most else most - 1
             while place > 0 and far[place - 1] > d:
@@ -322,7 +328,7 @@ cdef class Rays:
         -------
         height, low, high : (M,) arrays
         """
-        cdef const double[:, ::1] given = np.ascontiguousarray(points, dtype=np.float64)
+        cdef const double[:, ::1] given = checks.floats("points", points, "M", 3)
         cdef Py_ssize_t count = given.shape[0], i
         check_rays(most)
         own, lowest, highest = np.empty(count), np.full(count, np.nan), np.full(count, np.nan)
@@ -365,7 +371,7 @@ cdef inline void turn_back(const double* motion, const double* x, double* turned
 
 
 def look(
-    Tree tree, planes, points, normals, centre, double radius, transform, double reach,
+    Tree tree not None, planes, points, normals, centre, double radius, transform, double reach,
     double least_cosine, bint oriented, Rays rays, int most_rays, double tolerance
 ):
     """What points show on a surface, and before what was seen there, in one pass.
@@ -407,16 +413,16 @@ def look(
         ``h^2``, ``p`` (3), ``p^2``, the products of ``[p x n, n]`` and ``[p x m, m]`` (6, 6), of
         ``[p x m, m]`` and itself (6, 6) and ``h [p x m, m]`` (6).
     """
-    cdef const double[:, ::1] given = np.ascontiguousarray(points, dtype=np.float64)
-    cdef const double[:, ::1] own = np.ascontiguousarray(normals, dtype=np.float64)
-    cdef const double[:, ::1] other = np.ascontiguousarray(planes, dtype=np.float64)
-    cdef const double[::1] middle = np.ascontiguousarray(centre, dtype=np.float64)
+    cdef const double[:, ::1] given = checks.floats("points", points, "P", 3)
+    cdef const double[:, ::1] own = checks.floats("normals", normals, given.shape[0], 3)
+    cdef const double[:, ::1] other = checks.floats("planes", planes, tree.n, 3)
+    cdef const double[::1] middle = checks.floats("centre", centre, 3)
     cdef Py_ssize_t count = given.shape[0], near = 0, consistent = 0, front = 0, i, partner
     cdef bint surface, seen
     cdef double x[3]
     cdef double squared, height, low, high
     cdef Motion motion
-    of_array(np.ascontiguousarray(transform, dtype=np.float64), motion)
+    of_array(checks.transform("transform", transform), motion)
     check_rays(most_rays)
     flags, sums = np.zeros(count, dtype=np.uint8), np.zeros(SUMS)
     cdef unsigned char[::1] met = flags
@@ -504,14 +510,14 @@ def may_meet(
     reach : float
         As in `look`, the larger one of the two scans (length).
     """
-    cdef const double[::1] own = np.ascontiguousarray(centre, dtype=np.float64)
-    cdef const double[::1] other = np.ascontiguousarray(other_centre, dtype=np.float64)
+    cdef const double[::1] own = checks.floats("centre", centre, 3)
+    cdef const double[::1] other = checks.floats("other_centre", other_centre, 3)
     cdef double x[3]
     cdef double y[3]
     cdef double gap
     cdef int k
     cdef Motion motion
-    of_array(transform, motion)
+    of_array(checks.transform("transform", transform), motion)
     move(motion, &own[0], x)
     gap = 0
     for k in range(3):
@@ -525,7 +531,7 @@ def may_meet(
     return rays is not None and rays.beside(x, other_radius)
 
 
-def touch(Tree tree, planes, points, normals, transform, double reach, double least_cosine):
+def touch(Tree tree not None, planes, points, normals, transform, double reach, double least_cosine):
     """Where points lie on a surface, and how far from its planes.
 
     Parameters as in `look`; signs of normals do not matter.
@@ -537,16 +543,16 @@ def touch(Tree tree, planes, points, normals, transform, double reach, double le
     heights : (M,) array
         Distances from the planes (length).
     """
-    cdef const double[:, ::1] given = np.ascontiguousarray(points, dtype=np.float64)
-    cdef const double[:, ::1] own = np.ascontiguousarray(normals, dtype=np.float64)
-    cdef const double[:, ::1] other = np.ascontiguousarray(planes, dtype=np.float64)
+    cdef const double[:, ::1] given = checks.floats("points", points, "P", 3)
+    cdef const double[:, ::1] own = checks.floats("normals", normals, given.shape[0], 3)
+    cdef const double[:, ::1] other = checks.floats("planes", planes, tree.n, 3)
     cdef Py_ssize_t count = given.shape[0], found = 0, i, partner
     cdef double x[3]
     cdef double turned[3]
     cdef double squared, cosine
     cdef const double* plane
     cdef Motion motion
-    of_array(np.ascontiguousarray(transform, dtype=np.float64), motion)
+    of_array(checks.transform("transform", transform), motion)
     which, heights = np.empty(count, dtype=np.intp), np.empty(count)
     cdef Py_ssize_t[::1] place = which
     cdef double[::1] height = heights
@@ -572,12 +578,12 @@ def touch(Tree tree, planes, points, normals, transform, double reach, double le
 
 def box(points, transform):
     """The least and largest coordinates (3,) of points (N, 3) that are moved."""
-    cdef const double[:, ::1] given = np.ascontiguousarray(points, dtype=np.float64)
+    cdef const double[:, ::1] given = checks.floats("points", points, "N", 3)
     cdef Py_ssize_t i
     cdef double x[3]
     cdef int k
     cdef Motion motion
-    of_array(np.ascontiguousarray(transform, dtype=np.float64), motion)
+    of_array(checks.transform("transform", transform), motion)
     lowest, highest = np.full(3, np.inf), np.full(3, -np.inf)
     cdef double[::1] low = lowest, high = highest
     with nogil:
@@ -611,9 +617,9 @@ def hidden(points, directions, landmark, double cell, double depth):
     cell, depth : float
         Lengths, positive.
     """
-    cdef const double[:, ::1] given = np.ascontiguousarray(points, dtype=np.float64)
-    cdef const double[:, ::1] wanted = np.ascontiguousarray(directions, dtype=np.float64)
-    cdef const double[::1] mark = np.ascontiguousarray(landmark, dtype=np.float64)
+    cdef const double[:, ::1] given = checks.floats("points", points, "N", 3, finite=True)
+    cdef const double[:, ::1] wanted = checks.floats("directions", directions, "D", 3, finite=True)
+    cdef const double[::1] mark = checks.floats("landmark", landmark, 3, finite=True)
     cdef Py_ssize_t count = given.shape[0], i, d, behind
     cdef uint64_t mask = 1, at
     cdef vector[Pixel] table
@@ -626,6 +632,7 @@ def hidden(points, directions, landmark, double cell, double depth):
     cdef Pixel none
     found = np.zeros(wanted.shape[0])
     cdef double[::1] share = found
+    checks.positive(cell=cell)
     none.key, none.top = -1, 0
     while mask < <uint64_t> (2 * count):
         mask *= 2

@@ -23,6 +23,9 @@ from mvreg.kernels.tree cimport Tree
 
 import numpy as np
 
+from mvreg.errors import InputError
+from mvreg.kernels import checks
+
 cdef double ROUNDING = 1 - 1e-12
 # Levenberg's damping, and how many iterations without gain end a search: mvreg.stages.plane_icp.
 cdef double DAMPING = 1e-3
@@ -62,13 +65,20 @@ cdef class Pairing:
     def __dealloc__(self):
         del self.helper
 
-    def __init__(self, Tree tree, points, double bound, double min_overlap, double power):
+    def __init__(self, Tree tree not None, points, double bound, double min_overlap, double power):
         cdef Py_ssize_t i
         self.tree = tree
         self.target = tree.cloud
         self.fine = tree.grain / 4
-        self.points = np.ascontiguousarray(points, dtype=np.float64)
+        self.points = checks.floats("points", points, "N", 3, finite=True)
         self.size = self.points.shape[0]
+        if not self.size or not tree.n:
+            raise InputError(f"expected one or more points on either side, got {self.size} and "
+                             f"{tree.n} in the tree")
+        if not bound > 0:  # it may be infinite
+            raise InputError(f"bound: expected a positive number, got {bound}")
+        if not 0 <= min_overlap <= 1:
+            raise InputError(f"min_overlap: expected a share in [0, 1], got {min_overlap}")
         self.bound = bound
         self.first = <Py_ssize_t> fmax(ceil(min_overlap * self.size), 1) - 1
         self.moved.resize(3 * self.size)
@@ -83,8 +93,11 @@ cdef class Pairing:
         for i in range(self.size):
             self.weight[i] = pow(<double> self.size / <double> (i + 1), power) / (i + 1)
 
-    cdef void pair(self, const double* motion) noexcept nogil:
-        """Pair and trim under a motion; a bound too narrow for the best prefix is widened."""
+    cdef bint pair(self, const double* motion) noexcept nogil:
+        """Pair and trim under a motion; a bound too narrow for the best prefix is widened.
+
+        Returns False, and psi is infinite, where that cannot end: squared distances overflow.
+        """
         cdef Py_ssize_t i, found
         for i in range(self.size):
             move(motion, &self.points[i, 0], &self.moved[3 * i])
@@ -99,7 +112,10 @@ cdef class Pairing:
             self.rank()
             self.trim()
             if self.kept <= found or found == self.size:
-                return
+                return True
+            if not self.bound < INFINITY:
+                self.objective = INFINITY
+                return False
             self.bound *= 2
 
     cdef void ask_for_help(self):
@@ -255,7 +271,7 @@ cdef void look_at_half(Pairing pairing, int half) noexcept nogil:
         pairing.look_between(0, middle)
 
 
-def trimmed(Tree tree, points, double bound, double min_overlap, double power):
+def trimmed(Tree tree not None, points, double bound, double min_overlap, double power):
     """The nearest neighbours of points (N, 3) in a tree, trimmed to the least psi, Eq. (4).
 
     ``psi = mean squared distance of those kept / overlap ** power``. A point without a neighbour
@@ -273,14 +289,23 @@ def trimmed(Tree tree, points, double bound, double min_overlap, double power):
     """
     cdef Pairing pairing = Pairing(tree, points, bound, min_overlap, power)
     cdef Motion motion
+    cdef bint paired
     of_array(np.eye(4), motion)
     with nogil:
-        pairing.pair(motion)
+        paired = pairing.pair(motion)
+    check_paired(paired)
     return pairing.answer()
 
 
+cdef int check_paired(bint paired) except -1:
+    if not paired:
+        raise InputError("expected points and a motion whose squared distances are finite, got "
+                         "points so far apart that these overflow")
+    return 0
+
+
 def trimmed_icp(
-    Tree tree, points, transform, double bound, double least, double min_overlap, double power,
+    Tree tree not None, points, transform, double bound, double least, double min_overlap, double power,
     int max_iterations, double tolerance, bint helped=False
 ):
     """Trimmed ICP: pairs, overlap and motion in turn, each solved exactly, Eqs. (3) to (5).
@@ -316,18 +341,23 @@ def trimmed_icp(
     cdef Motion motion, plain
     cdef double previous = INFINITY
     cdef int iteration = 0
-    cdef bint still = False, bold = False
-    of_array(np.ascontiguousarray(transform, dtype=np.float64), motion)
+    cdef bint still = False, bold = False, paired = True
+    of_array(checks.transform("transform", transform), motion)
+    checks.positive(least=least)
+    if max_iterations < 0:
+        raise InputError(f"max_iterations: expected 0 or more, got {max_iterations}")
     if helped:
         pairing.ask_for_help()
     copy(motion, plain)
     with nogil:
         while True:
-            pairing.pair(motion)
+            paired = pairing.pair(motion)
             if bold and not pairing.objective < previous:  # too far ahead: as if it had not been
                 copy(plain, motion)
                 ahead.forget()
-                pairing.pair(motion)
+                paired = pairing.pair(motion)
+            if not paired:
+                break
             still = previous - pairing.objective <= tolerance * pairing.objective
             if still or iteration == max_iterations:
                 break
@@ -336,6 +366,7 @@ def trimmed_icp(
             pairing.fit(plain)
             bold = ahead.leap(motion, plain)
             iteration += 1
+    check_paired(paired)
     return as_array(motion), pairing.answer(), iteration, bool(still)
 
 
@@ -549,7 +580,7 @@ cdef void plane_step(
 
 
 def plane_icp(
-    Tree tree, normals, points, transform, double bound, double least, double min_overlap,
+    Tree tree not None, normals, points, transform, double bound, double least, double min_overlap,
     double exponent, int max_iterations, double tolerance, double longest, bint helped=False
 ):
     """Point-to-plane ICP, trimmed as `trimmed_icp` is; the best pose of all is the answer.
@@ -572,16 +603,20 @@ def plane_icp(
     As `trimmed_icp`; psi is that of the planes.
     """
     cdef Pairing pairing = Pairing(tree, points, bound, min_overlap, 1 + exponent)
-    cdef const double[:, ::1] planes = np.ascontiguousarray(normals, dtype=np.float64)
+    cdef const double[:, ::1] planes = checks.floats("normals", normals, tree.n, 3)
     cdef Motion motion, best, step, following
-    cdef double psi, least_psi
+    cdef double psi, least_psi = INFINITY
     cdef int iteration = 0, waited = 0
-    of_array(np.ascontiguousarray(transform, dtype=np.float64), motion)
+    cdef bint paired
+    of_array(checks.transform("transform", transform), motion)
+    checks.positive(least=least)
     if helped:
         pairing.ask_for_help()
     with nogil:
-        pairing.pair(motion)
-        least_psi = plane_psi(pairing, planes, exponent)
+        paired = pairing.pair(motion)
+        if paired:
+            least_psi = plane_psi(pairing, planes, exponent)
+    check_paired(paired)
     copy(motion, best)
     pairs = pairing.answer()
     while iteration < max_iterations and waited < PATIENCE:
@@ -591,8 +626,9 @@ def plane_icp(
             plane_step(pairing, planes, longest, step)
             compose(step, motion, following)
             copy(following, motion)
-            pairing.pair(motion)
-            psi = plane_psi(pairing, planes, exponent)
+            paired = pairing.pair(motion)
+            psi = plane_psi(pairing, planes, exponent) if paired else INFINITY
+        check_paired(paired)
         waited = 0 if psi < (1 - tolerance) * least_psi else waited + 1
         if psi < least_psi:
             least_psi = psi

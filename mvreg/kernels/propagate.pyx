@@ -12,10 +12,14 @@ from mvreg.kernels.linear cimport (
 
 import numpy as np
 
+from mvreg.errors import InputError
+from mvreg.kernels import checks
 
-# Rings in a tolerance.
+
+# Rings in a tolerance; what is farther than so many rings shares the last one.
 cdef enum:
     RINGS = 2
+    MOST_RINGS = 65536
 
 cdef extern from *:
     """
@@ -84,10 +88,13 @@ cdef class Shape:
     cdef const double[:, ::1] descriptors
     cdef Py_ssize_t size, scales, length
 
-    def __init__(self, keypoints, normals, descriptors):
-        self.keypoints = np.ascontiguousarray(keypoints, dtype=np.float64)
-        self.normals = np.ascontiguousarray(normals, dtype=np.float64)
-        self.descriptors = np.ascontiguousarray(descriptors, dtype=np.float64)
+    def __cinit__(self, keypoints, normals, descriptors):
+        self.keypoints = checks.floats("keypoints", keypoints, "K", 3, finite=True)
+        size = self.keypoints.shape[0]
+        self.normals = checks.floats("normals", normals, size, "L", 3, finite=True)
+        self.descriptors = checks.floats("descriptors", descriptors, size, "D")
+        if not self.normals.shape[1]:
+            raise InputError("normals: expected one scale or more, got none")
         self.size, self.scales = self.normals.shape[0], self.normals.shape[1]
         self.length = self.descriptors.shape[1]
 
@@ -114,20 +121,26 @@ cdef class About:
         for k in range(size):
             self.far[k] = <float> (
                 sqrt(squared_gap(&shape.keypoints[k, 0], &shape.keypoints[seed, 0])) / tolerance)
-            rings = max(rings, <Py_ssize_t> (RINGS * self.far[k]) + 1)
+            rings = max(rings, ring_of(self.far[k]) + 1)
         self.ends.assign(rings + 1, 0)
         for k in range(size):
-            self.ends[<Py_ssize_t> (RINGS * self.far[k]) + 1] += 1
+            self.ends[ring_of(self.far[k]) + 1] += 1
         for ring in range(rings):
             self.ends[ring + 1] += self.ends[ring]
         self.next = self.ends
         for k in range(size):
-            ring = <Py_ssize_t> (RINGS * self.far[k])
+            ring = ring_of(self.far[k])
             place = self.next[ring]
             self.next[ring] += 1
             self.which[place], self.away[place] = k, self.far[k]
             for scale in range(shape.scales):
                 self.angle[scale * size + place] = turn(shape, k, seed, scale, oriented)
+
+
+cdef inline Py_ssize_t ring_of(float away) noexcept nogil:
+    """The ring of a distance in tolerances, whatever it is."""
+    cdef float ring = RINGS * away
+    return <Py_ssize_t> ring if ring < MOST_RINGS else MOST_RINGS
 
 
 cdef inline float turn(
@@ -151,7 +164,7 @@ cdef inline double arc(double cosine, bint oriented) noexcept nogil:
 
 
 def spread(
-    Shape source, Shape target, seeds, bint oriented, double distance_tolerance,
+    Shape source not None, Shape target not None, seeds, bint oriented, double distance_tolerance,
     double angle_tolerance, double descriptor_tolerance, Py_ssize_t step
 ):
     """Spread every seed over both shapes.
@@ -181,7 +194,7 @@ def spread(
     ends : (S + 1,) array
         Where the matches of each seed begin, and end.
     """
-    cdef const Py_ssize_t[:, ::1] given = np.ascontiguousarray(seeds, dtype=np.intp)
+    cdef const Py_ssize_t[:, ::1] given = pairs_among("seeds", seeds, source.size, target.size)
     cdef About own = About()
     cdef vector[Py_ssize_t] matches
     cdef Py_ssize_t s, size = given.shape[0]
@@ -189,6 +202,10 @@ def spread(
     cdef Py_ssize_t[::1] end = ends
     if source.scales != target.scales or source.length != target.length:
         raise ValueError("expected normals and descriptors of the same kind")
+    checks.positive(distance_tolerance=distance_tolerance)
+    if step < 1:
+        raise InputError(f"step: expected 1 or more, got {step}")
+    step = min(step, max(target.size, 1))
     with nogil:
         for s in range(size):
             own.look(source, given[s, 0], oriented, distance_tolerance)
@@ -202,6 +219,14 @@ def spread(
     for s in range(end[size]):
         out[s, 0], out[s, 1] = matches[2 * s], matches[2 * s + 1]
     return found, ends
+
+
+cdef pairs_among(name, values, Py_ssize_t source, Py_ssize_t target):
+    """Positions (M, 2) that are safe to look up: among the source's and the target's."""
+    found = checks.integers(name, values, "M", 2)
+    for column, size in enumerate((source, target)):
+        checks.indices(f"{name}[:, {column}]", found[:, column], size)
+    return found
 
 
 cdef void match(
@@ -224,7 +249,7 @@ cdef void match(
         m += step
         away = <float> (sqrt(squared_gap(&target.keypoints[m, 0], &target.keypoints[seed, 0]))
                         / distance_tolerance)
-        ring = <Py_ssize_t> (RINGS * away)
+        ring = ring_of(away)
         if m == seed or ring - RINGS >= rings:
             continue
         for scale in range(scales):
@@ -286,8 +311,10 @@ cdef class Rows:
     cdef const Py_ssize_t[::1] ranked
     cdef const double[:, ::1] ascending
 
-    def __init__(self, rows):
-        given = np.ascontiguousarray(rows, dtype=np.float64)
+    def __cinit__(self, rows):
+        given = checks.floats("rows", rows, "N", "D", finite=True)
+        if not given.size:
+            raise InputError(f"rows: expected one or more, of one number or more, got {given.shape}")
         self.axis = given.var(axis=0).argmax()
         order = np.argsort(given[:, self.axis], kind="stable")
         self.ranked, self.ascending = order, given[order]
@@ -302,7 +329,8 @@ cdef class Rows:
         distances, indices : (M,) arrays
             The first of those equally near.
         """
-        cdef const double[:, ::1] asked = np.ascontiguousarray(queries, dtype=np.float64)
+        cdef const double[:, ::1] asked = checks.floats(
+            "queries", queries, "M", self.ascending.shape[1], finite=True)
         cdef const double[:, ::1] ascending = self.ascending
         cdef Py_ssize_t size = ascending.shape[0], length = ascending.shape[1], axis = self.axis
         cdef Py_ssize_t i, j, k, best, up, down
@@ -331,7 +359,7 @@ cdef class Rows:
                         gap = asked[i, k] - ascending[j, k]
                         total += gap * gap
                         k += 1
-                    if total < least or (total == least and self.ranked[j] < best):
+                    if total < least or (total == least and (best < 0 or self.ranked[j] < best)):
                         least, best = total, self.ranked[j]
                 far[i], which[i] = sqrt(least), best
         return distances, indices
@@ -360,11 +388,13 @@ def consensus(source, target, matches, ends, draws, double tolerance):
     agree : (M,) array of bool
         Which they are; none, and no pose, where no sample has more than three.
     """
-    cdef const double[:, ::1] here = np.ascontiguousarray(source, dtype=np.float64)
-    cdef const double[:, ::1] there = np.ascontiguousarray(target, dtype=np.float64)
-    cdef const Py_ssize_t[:, ::1] pairs = np.ascontiguousarray(matches, dtype=np.intp)
-    cdef const Py_ssize_t[::1] end = np.ascontiguousarray(ends, dtype=np.intp)
-    cdef const Py_ssize_t[:, :, ::1] drawn = np.ascontiguousarray(draws, dtype=np.intp)
+    cdef const double[:, ::1] here = checks.floats("source", source, "K", 3)
+    cdef const double[:, ::1] there = checks.floats("target", target, "K", 3)
+    cdef const Py_ssize_t[:, ::1] pairs = pairs_among(
+        "matches", matches, here.shape[0], there.shape[0])
+    parts = checks.ends("ends", ends, pairs.shape[0])
+    cdef const Py_ssize_t[::1] end = parts
+    cdef const Py_ssize_t[:, :, ::1] drawn = positions_in_sets(draws, np.diff(parts))
     cdef Py_ssize_t sets = end.shape[0] - 1, s
     poses, agree = np.zeros((sets, 4, 4)), np.zeros(pairs.shape[0], dtype=bool)
     cdef double[:, :, ::1] pose = poses
@@ -375,6 +405,18 @@ def consensus(source, target, matches, ends, draws, double tolerance):
             agreed(here, there, pairs[end[s]:end[s + 1]], drawn[s], tolerance, pose[s],
                    kept[end[s]:end[s + 1]])
     return poses, agree
+
+
+cdef positions_in_sets(draws, sizes):
+    """Draws (S, R, 3) that are safe to look up: each among the matches of its own set."""
+    found = checks.integers("draws", draws, len(sizes), "R", 3)
+    wrong = (found < 0) | (found >= sizes[:, None, None])
+    if wrong.any():
+        s, *_ = np.argwhere(wrong)[0]
+        raise InputError(
+            f"draws: expected positions among the {sizes[s]} matches of set {s}, got "
+            f"{found[wrong][0]}")
+    return found
 
 
 cdef void agreed(

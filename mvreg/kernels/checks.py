@@ -1,0 +1,113 @@
+"""What a compiled kernel asks of its arguments, once, at its entry.
+
+Kernels index without bounds checks: a position or a shape that is wrong would read outside an
+array. These checks convert what can be converted without loss (a copy where dtype or layout
+differ; read-only arrays are taken as they are) and refuse the rest. In shapes, a letter stands
+for any length of an axis.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mvreg.errors import InputError
+
+if TYPE_CHECKING:
+    from mvreg.types import Array, Indices
+
+
+def floats(name: str, values: Any, *shape: int | str, finite: bool = False) -> Array:
+    """Values as a C-contiguous float64 array of a shape.
+
+    Raises
+    ------
+    InputError
+        For another shape, for complex numbers, and for NaN or infinities where `finite` is asked.
+    """
+    if np.iscomplexobj(values):
+        raise InputError(f"{name}: expected real numbers, got complex ones")
+    array: Array = np.ascontiguousarray(values, dtype=np.float64)
+    _check_shape(name, array, shape)
+    if finite and not np.isfinite(array).all():
+        wrong = tuple(np.argwhere(~np.isfinite(array))[0].tolist())
+        raise InputError(f"{name}: expected finite numbers, got {array[wrong]} at {wrong}")
+    return array
+
+
+def integers(name: str, values: Any, *shape: int | str) -> Indices:
+    """Integers as a C-contiguous intp array of a shape; an empty array may have any dtype.
+
+    Raises
+    ------
+    InputError
+        For another shape, and for what is no integer.
+    """
+    given = np.asarray(values)
+    if given.size and given.dtype.kind not in "iub":
+        raise InputError(f"{name}: expected integers, got {given.dtype}")
+    array: Indices = np.ascontiguousarray(given, dtype=np.intp)
+    _check_shape(name, array, shape)
+    return array
+
+
+def indices(name: str, values: Any, size: int, *shape: int | str) -> Indices:
+    """`integers`, all of them in [0, size).
+
+    Raises
+    ------
+    InputError
+        As `integers` does, and for an index out of range.
+    """
+    array = integers(name, values, *shape)
+    if array.size and (array.min() < 0 or array.max() >= size):
+        wrong = array[(array < 0) | (array >= size)].flat[0]
+        raise InputError(f"{name}: expected positions among {size}, got {wrong}")
+    return array
+
+
+def ends(name: str, values: Any, size: int) -> Indices:
+    """Where each of S parts begins and the last one ends: (S + 1,), ascending within [0, size].
+
+    Raises
+    ------
+    InputError
+        As `integers` does, and where they descend or leave the range.
+    """
+    array = integers(name, values, "S + 1")
+    if not len(array):
+        raise InputError(f"{name}: expected one number more than there are parts, got none")
+    if array[0] < 0 or array[-1] > size or (array[1:] < array[:-1]).any():
+        raise InputError(f"{name}: expected ends that ascend from 0 to {size}, got {array}")
+    return array
+
+
+def transform(name: str, values: Any) -> Array:
+    """A motion (4, 4) as a C-contiguous float64 array.
+
+    Raises
+    ------
+    InputError
+        For another shape, NaN or infinities.
+    """
+    if np.shape(values) != (4, 4):
+        raise InputError(f"{name}: expected a motion (4, 4), got {np.shape(values)}")
+    return floats(name, values, 4, 4, finite=True)
+
+
+def positive(**values: float) -> None:
+    """Raise InputError for the first number that is not positive and finite."""
+    for name, value in values.items():
+        if not 0 < value < np.inf:
+            raise InputError(f"{name}: expected a positive, finite number, got {value}")
+
+
+def _check_shape(name: str, array: Array | Indices, shape: tuple[int | str, ...]) -> None:
+    """Raise InputError for another shape than this; none stands for any."""
+    got = array.shape
+    fits = len(got) == len(shape) and all(
+        want == size or isinstance(want, str) for want, size in zip(shape, got, strict=True)
+    )
+    if shape and not fits:
+        raise InputError(f"{name}: expected shape ({', '.join(map(str, shape))}), got {got}")
