@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mvreg import se3
-from mvreg.kernels import evidence
+from mvreg.kernels import overlap
 from mvreg.parallel import in_parts
 from mvreg.types import Array, Indices, View
 
@@ -143,7 +143,7 @@ def neighbours(
     list of (int, int)
         Positions in `views`.
     """
-    boxes = [evidence.box(view.points, poses[view.name]) for view in views]
+    boxes = [overlap.box(view.points, poses[view.name]) for view in views]
     pairs = _meeting([low for low, _ in boxes], [high for _, high in boxes], reach)
     return sorted([*pairs, *((j, i) for i, j in pairs)])
 
@@ -192,7 +192,7 @@ def touch(
         Their distances from the tangent planes there (length).
     """
     chosen = asked(source, most)
-    return evidence.touch(
+    return overlap.touch(
         target.tree, target.normals, source.points[chosen], source.normals[chosen],
         T_target_source, reach, LEAST_COSINE,
     )  # fmt: skip

@@ -67,6 +67,20 @@ def indices(name: str, values: Any, size: int, *shape: int | str) -> Indices:
     return array
 
 
+def index_pairs(name: str, values: Any, source: int, target: int) -> Indices:
+    """Positions (M, 2): the first column's in [0, source), the second one's in [0, target).
+
+    Raises
+    ------
+    InputError
+        As `indices` does.
+    """
+    pairs = integers(name, values, "M", 2)
+    for column, size in enumerate((source, target)):
+        indices(f"{name}[:, {column}]", pairs[:, column], size, "M")
+    return pairs
+
+
 def ends(name: str, values: Any, size: int) -> Indices:
     """Where each of S parts begins and the last one ends: (S + 1,), ascending within [0, size].
 

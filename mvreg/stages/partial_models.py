@@ -9,7 +9,7 @@ import numpy as np
 
 from mvreg import se3
 from mvreg.evidence import Evidence, Meeting, weigh
-from mvreg.kernels.evidence import box
+from mvreg.kernels.overlap import box
 from mvreg.nearest import nearest
 from mvreg.parallel import in_threads
 from mvreg.pipeline import Pipeline

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from mvreg import se3
 from mvreg.errors import InputError, check_positive
 from mvreg.kernels import propagate as kernels
+from mvreg.kernels import ransac
 from mvreg.nearest import nearest
 from mvreg.parallel import in_threads, slices
 from mvreg.ragged import ends_of
@@ -152,7 +153,7 @@ class ConsensusPropagate:
 
         def of_some(some: slice) -> tuple[Array, Flags]:
             part = spread.part(some)
-            poses, agree = kernels.consensus(
+            poses, agree = ransac.consensus(
                 own, other, part.matches, part.ends, draws[some], tolerance
             )
             return poses, agree

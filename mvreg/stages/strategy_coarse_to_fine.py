@@ -10,7 +10,7 @@ import numpy as np
 
 from mvreg import se3
 from mvreg.errors import InputError
-from mvreg.kernels import icp
+from mvreg.kernels.trimmed_pairs import trimmed
 from mvreg.nearest import mean_spacing
 from mvreg.stages.motion_averaging import STILL, farthest
 from mvreg.stages.strategy import GrowStrategy, careful_levels
@@ -54,7 +54,7 @@ def objective(poses: Mapping[str, Array], views: Sequence[View]) -> float:
     for view in placed:
         others, bound = union(placed, poses, view.name), 4 * view.scale.spacing
         moved = se3.apply(poses[view.name], view.points)
-        total += icp.trimmed(others.tree, moved, bound, MIN_OVERLAP, 1 + EXPONENT)[3]
+        total += trimmed(others.tree, moved, bound, MIN_OVERLAP, 1 + EXPONENT).psi
     return total / len(placed)
 
 
