@@ -17,6 +17,8 @@ from mvreg.errors import InputError
 if TYPE_CHECKING:
     from mvreg.types import Array, Indices
 
+FLOAT = np.dtype(np.float64)
+
 
 def floats(name: str, values: Any, *shape: int | str, finite: bool = False) -> Array:
     """Values as a C-contiguous float64 array of a shape.
@@ -26,9 +28,12 @@ def floats(name: str, values: Any, *shape: int | str, finite: bool = False) -> A
     InputError
         For another shape, for complex numbers, and for NaN or infinities where `finite` is asked.
     """
-    if np.iscomplexobj(values):
-        raise InputError(f"{name}: expected real numbers, got complex ones")
-    array: Array = np.ascontiguousarray(values, dtype=np.float64)
+    # The common case first: small calls are many.
+    if type(values) is not np.ndarray or values.dtype != FLOAT:
+        if np.iscomplexobj(values):
+            raise InputError(f"{name}: expected real numbers, got complex ones")
+        values = np.asarray(values, dtype=FLOAT)
+    array: Array = np.ascontiguousarray(values)
     _check_shape(name, array, shape)
     if finite and not np.isfinite(array).all():
         wrong = tuple(np.argwhere(~np.isfinite(array))[0].tolist())
@@ -76,8 +81,9 @@ def index_pairs(name: str, values: Any, source: int, target: int) -> Indices:
         As `indices` does.
     """
     pairs = integers(name, values, "M", 2)
-    for column, size in enumerate((source, target)):
-        indices(f"{name}[:, {column}]", pairs[:, column], size, "M")
+    if len(pairs) and (pairs.min() < 0 or (pairs.max(axis=0) >= (source, target)).any()):
+        for column, size in enumerate((source, target)):
+            indices(f"{name}[:, {column}]", pairs[:, column], size, "M")
     return pairs
 
 
@@ -97,17 +103,18 @@ def ends(name: str, values: Any, size: int) -> Indices:
     return array
 
 
-def transform(name: str, values: Any) -> Array:
+def transform(name: str, values: Any, *, finite: bool = False) -> Array:
     """A motion (4, 4) as a C-contiguous float64 array.
 
     Raises
     ------
     InputError
-        For another shape, NaN or infinities.
+        For another shape, and for NaN or infinities where `finite` is asked.
     """
-    if np.shape(values) != (4, 4):
-        raise InputError(f"{name}: expected a motion (4, 4), got {np.shape(values)}")
-    return floats(name, values, 4, 4, finite=True)
+    array = floats(name, values, finite=finite)
+    if array.shape != (4, 4):
+        raise InputError(f"{name}: expected a motion (4, 4), got {array.shape}")
+    return array
 
 
 def positive(**values: float) -> None:
@@ -119,9 +126,12 @@ def positive(**values: float) -> None:
 
 def _check_shape(name: str, array: Array | Indices, shape: tuple[int | str, ...]) -> None:
     """Raise InputError for another shape than this; none stands for any."""
-    got = array.shape
-    fits = len(got) == len(shape) and all(
-        want == size or isinstance(want, str) for want, size in zip(shape, got, strict=True)
-    )
-    if shape and not fits:
-        raise InputError(f"{name}: expected shape ({', '.join(map(str, shape))}), got {got}")
+    if not shape or array.shape == shape:
+        return
+    fits = array.ndim == len(shape)
+    if fits:
+        for want, got in zip(shape, array.shape, strict=True):
+            fits = fits and (want == got or type(want) is str)
+    if not fits:
+        wanted = ", ".join(map(str, shape))
+        raise InputError(f"{name}: expected shape ({wanted}), got {array.shape}")

@@ -9,7 +9,7 @@ is asked of the points together, in any frame.
 """
 
 from libc.math cimport fabs, sqrt
-from libc.string cimport memset
+from libc.string cimport memcpy, memset
 
 from mvreg.kernels.linear cimport (
     Motion, cross, dot, move, of_array, plane_height, turn, turn_back,
@@ -106,8 +106,16 @@ def look(
                     elif not height < low - tolerance:
                         consistent += 1
     return Sight(
-        flags.view(np.bool_), near, consistent, front, sums.squared, np.array(sums.first),
-        sums.second, np.array(sums.mixed), np.array(sums.plain), np.array(sums.pushed))
+        flags.view(np.bool_), near, consistent, front, sums.squared, as_array(sums.first, 3),
+        sums.second, as_array(&sums.mixed[0][0], 36).reshape(6, 6),
+        as_array(&sums.plain[0][0], 36).reshape(6, 6), as_array(sums.pushed, 6))
+
+
+cdef as_array(const double* values, Py_ssize_t size):
+    found = np.empty(size)
+    cdef double[::1] view = found
+    memcpy(&view[0], values, size * sizeof(double))
+    return found
 
 
 cdef bint add(

@@ -57,7 +57,7 @@ def trimmed_icp(
     cdef double previous = INFINITY
     cdef int iteration = 0
     cdef bint still = False, bold = False, paired = True
-    of_array(checks.transform("transform", transform), motion)
+    of_array(checks.transform("transform", transform, finite=True), motion)
     checks.positive(least=least)
     if max_iterations < 0:
         raise InputError(f"max_iterations: expected 0 or more, got {max_iterations}")
@@ -200,7 +200,7 @@ def plane_icp(
     cdef double psi, least_psi = INFINITY
     cdef int iteration = 0, waited = 0
     cdef bint paired
-    of_array(checks.transform("transform", transform), motion)
+    of_array(checks.transform("transform", transform, finite=True), motion)
     checks.positive(least=least)
     if helped:
         pairing.ask_for_help()

@@ -64,12 +64,17 @@ def consensus(source, target, matches, ends, draws, double tolerance):
 cdef positions_in_sets(draws, sizes):
     """Draws (S, R, 3) that are safe to look up: each among the matches of its own set."""
     found = checks.integers("draws", draws, len(sizes), "R", 3)
-    wrong = (found < 0) | (found >= sizes[:, None, None])
-    if wrong.any():
-        s, *_ = np.argwhere(wrong)[0]
-        raise InputError(
-            f"draws: expected positions among the {sizes[s]} matches of set {s}, got "
-            f"{found[wrong][0]}")
+    cdef const Py_ssize_t[:, :, ::1] drawn = found
+    cdef const Py_ssize_t[::1] size = sizes
+    cdef Py_ssize_t s, i
+    cdef int k
+    for s in range(drawn.shape[0]):
+        for i in range(drawn.shape[1]):
+            for k in range(3):
+                if not 0 <= drawn[s, i, k] < size[s]:
+                    raise InputError(
+                        f"draws: expected positions among the {size[s]} matches of set {s}, got "
+                        f"{drawn[s, i, k]}")
     return found
 
 
