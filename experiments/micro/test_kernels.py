@@ -12,7 +12,16 @@ import numpy as np
 import pytest
 
 from mvreg.geometry import se3
-from mvreg.kernels import descriptors, grid, icp, moments, propagate, text
+from mvreg.kernels import (
+    descriptor_matches,
+    descriptors,
+    grid,
+    icp,
+    moments,
+    ransac,
+    text,
+    trimmed_pairs,
+)
 from mvreg.stages.propagate.consensus import ConsensusPropagate, triples
 from mvreg.stages.refine.plane_base import PlaneICP
 from mvreg.stages.refine.planes import PointToPlane
@@ -84,7 +93,7 @@ def test_pairs(benchmark: Any, views: list[View], begin: Array, variant: str) ->
     moved, tree = se3.apply(begin, source.points), target.tree
     found = timed(
         benchmark, variant,
-        lambda: icp.trimmed(tree, moved, 4 * source.scale.spacing, *TRIMMED[:2]),
+        lambda: trimmed_pairs.trimmed(tree, moved, 4 * source.scale.spacing, *TRIMMED[:2]),
         lambda: plain_icp.trimmed(target.points, moved, *TRIMMED[:2]),
     )  # fmt: skip
     assert len(found[0]) >= 0.4 * len(moved)
@@ -150,7 +159,7 @@ def test_spread(benchmark: Any, views: list[View], seeds: Matches, variant: str)
 def test_rows(benchmark: Any, views: list[View], variant: str) -> None:
     own, other = (view.features.descriptors for view in views)
     distances, _ = timed(
-        benchmark, variant, lambda: propagate.Rows(other).nearest(own),
+        benchmark, variant, lambda: descriptor_matches.Rows(other).nearest(own),
         lambda: plain_propagate.nearest_rows(own, other),
     )  # fmt: skip
     assert len(distances) == len(own)
@@ -168,7 +177,7 @@ def test_consensus(benchmark: Any, variant: str) -> None:
     matches, ends = np.tile(np.stack([every, every], axis=1), (TIMES, 1)), np.arange(TIMES + 1)
     found = timed(
         benchmark, variant,
-        lambda: propagate.consensus(source, target, matches, ends * MATCHES, draws, 2.0)[0],
+        lambda: ransac.consensus(source, target, matches, ends * MATCHES, draws, 2.0)[0],
         lambda: [plain_consensus(source, target, draw) for draw in draws],
     )  # fmt: skip
     assert np.allclose(found, motion)

@@ -8,6 +8,7 @@ import numpy as np
 
 from mvreg.geometry.arrays import Flags
 from mvreg.kernels import evidence
+from mvreg.kernels.rays import Rays
 from mvreg.surface.overlap import LEAST_COSINE
 from mvreg.surface.range_image import RangeImage, Sensor
 from mvreg.types import Array, Indices, View
@@ -55,7 +56,7 @@ class Witness:
     points: Array
     normals: Array
     image: RangeImage | None
-    rays: evidence.Rays | None
+    rays: Rays | None
     known: bool
     reach: float
     floor: float
@@ -179,7 +180,7 @@ def look(moving: View, still: View, T_still_moving: Array, step: int = 1) -> Sid
     """What the points of `moving`, every `step`-th of them, show on the surface of `still`."""
     here, there = witness(moving), witness(still)
     reach = _ray_reach(still)
-    met, near, consistent, front, sums = evidence.look(
+    seen = evidence.look(
         still.tree, still.normals, here.points[::step], here.normals[::step],
         here.centre, here.radius,
         T_still_moving, there.reach, LEAST_COSINE,
@@ -189,8 +190,8 @@ def look(moving: View, still: View, T_still_moving: Array, step: int = 1) -> Sid
     unit = moving.scale.resolution or 1.0
     floor = np.sqrt((here.floor**2 + there.floor**2) / 2) / unit
     return Side(
-        met, int(met.sum()), near, float(sums[0]) / unit**2, here.centre,
-        sums[1:4], float(sums[4]), sums[5:41].reshape(6, 6), sums[41:77].reshape(6, 6),
-        sums[77:] / unit, consistent, front,
+        seen.met, int(seen.met.sum()), seen.near, seen.squared / unit**2, here.centre,
+        seen.first, seen.second, seen.mixed, seen.plain, seen.pushed / unit,
+        seen.consistent, seen.front,
         there.rays is not None, there.known, float(floor),
     )  # fmt: skip

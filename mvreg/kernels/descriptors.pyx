@@ -8,6 +8,9 @@ from libcpp.vector cimport vector
 
 import numpy as np
 
+from mvreg.errors import InputError
+from mvreg.kernels import checks
+
 # Rows in a leaf, at most; and neighbours that can be asked for.
 cdef enum:
     LEAF = 16
@@ -35,8 +38,11 @@ cdef class DescriptorTree:
     cdef vector[double] splits
     cdef Py_ssize_t leaves, size, width
 
-    def __init__(self, rows, owners):
-        given = np.ascontiguousarray(rows, dtype=np.float64)
+    def __cinit__(self, rows, owners):
+        given = checks.floats("rows", rows, "M", "D", finite=True)
+        whose = checks.integers("owners", owners, len(given))
+        if not given.shape[1]:
+            raise InputError(f"rows: expected descriptors of one number or more, got {given.shape}")
         cdef const double[:, ::1] values = given
         order = np.arange(len(given), dtype=np.intp)
         cdef Py_ssize_t[::1] ids = order
@@ -51,7 +57,7 @@ cdef class DescriptorTree:
                 self.bounds(node, &first, &last)
                 self.halve(values, ids, node, first, last)
         self.rows = given[order]
-        self.owners = np.ascontiguousarray(owners, dtype=np.intp)[order]
+        self.owners = whose[order]
         places = np.empty(len(order), dtype=np.intp)
         places[order] = np.arange(len(order))
         self.places = places
@@ -105,7 +111,7 @@ cdef class DescriptorTree:
         """
         if not 0 < count <= MOST:
             raise ValueError(f"expected 1 to {MOST} neighbours, got {count}")
-        cdef const Py_ssize_t[::1] asked = np.ascontiguousarray(which, dtype=np.intp)
+        cdef const Py_ssize_t[::1] asked = checks.indices("which", which, self.size, "Q")
         found = np.full((asked.shape[0], count), -1, dtype=np.intp)
         cdef Py_ssize_t[:, ::1] owners = found
         cdef double squared[MOST]

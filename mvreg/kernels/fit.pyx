@@ -3,7 +3,7 @@
 # distutils: language = c++
 """Curved patches, fitted to the points about samples."""
 
-from libc.math cimport sqrt
+from libc.math cimport INFINITY, sqrt
 from libcpp.algorithm cimport nth_element
 from libcpp.utility cimport pair
 from libcpp.vector cimport vector
@@ -12,6 +12,8 @@ from mvreg.kernels.linear cimport solve, squared_gap
 from mvreg.kernels.tree cimport Tree, child_distances
 
 import numpy as np
+
+from mvreg.kernels import checks
 
 cdef enum:
     MOST = 128  # neighbours of a sample
@@ -22,7 +24,7 @@ ctypedef pair[double, Py_ssize_t] Near
 cdef double GUESS = 1.4
 
 
-def fit(Tree tree, samples, axes, int count, double ridge):
+def fit(Tree tree not None, samples, axes, int count, double ridge):
     """Patches of second order through the nearest points about each sample, by least squares.
 
     ``height(a, b) = h + s . (a, b) + c . (a^2 / 2, a b, b^2 / 2)`` over the plane of the first two
@@ -52,8 +54,8 @@ def fit(Tree tree, samples, axes, int count, double ridge):
         How far off the sample their mean is along the patch, in units of `reach`; 0 for a reach
         of 0.
     """
-    cdef const double[:, ::1] given = floats(samples)
-    cdef const double[:, :, ::1] frame = floats(axes)
+    cdef const double[:, ::1] given = checks.floats("samples", samples, "S", 3, finite=True)
+    cdef const double[:, :, ::1] frame = checks.floats("axes", axes, "S", 3, 3)
     cdef Py_ssize_t size = given.shape[0], k
     cdef double six[6]
     cdef double guess = tree.grain * tree.grain * count
@@ -79,7 +81,7 @@ def fit(Tree tree, samples, axes, int count, double ridge):
     return heights, slopes, bends, reach, lopsided
 
 
-def distances(Tree tree, Py_ssize_t rank):
+def distances(Tree tree not None, Py_ssize_t rank):
     """How far each point's neighbour of a rank is, in the tree itself.
 
     Parameters
@@ -95,6 +97,7 @@ def distances(Tree tree, Py_ssize_t rank):
     cdef double guess = tree.grain * tree.grain * rank
     cdef vector[Near] near
     cdef Py_ssize_t k
+    cdef bint enough
     if not 0 < rank < tree.n:
         raise ValueError(f"expected a rank of 1 to {tree.n - 1}, got {rank}")
     found = np.empty(tree.n)
@@ -102,8 +105,9 @@ def distances(Tree tree, Py_ssize_t rank):
     with nogil:
         near.resize(tree.n + 1)
         for k in range(tree.n):  # in the tree's order: the last one was near, the guess is good
-            neighbours(tree, tree.entries[k].x, rank + 1, &guess, near.data())
-            far[tree.entries[k].index] = sqrt(near[rank].first)
+            enough = neighbours(
+                tree, tree.entries[k].x, rank + 1, &guess, near.data()) == rank + 1
+            far[tree.entries[k].index] = sqrt(near[rank].first) if enough else INFINITY
     return found
 
 
@@ -143,14 +147,14 @@ cdef Py_ssize_t neighbours(
 ) noexcept nogil:
     """The nearest points, the last of them in its place; how many.
 
-    A good guess of how far they are saves time.
+    A good guess of how far they are saves time. Points whose squared distance overflows are none.
 
     To gather all that is near, and to put aside what is too much, takes half the time that it takes
     to keep neighbours sorted.
     """
     cdef double most = guess[0], factor = 2
     cdef Py_ssize_t size = gather(tree, x, most, found)
-    while size < count and size < tree.n:
+    while size < count and size < tree.n and most < INFINITY:
         most = (most if most > 1e-300 else 1e-300) * factor
         factor *= factor
         size = gather(tree, x, most, found)
@@ -219,7 +223,3 @@ cdef void fit_one(
         six[m] /= unit
     for m in range(3, 6):
         six[m] /= unit * unit
-
-
-cdef floats(values):
-    return np.ascontiguousarray(values, dtype=np.float64)

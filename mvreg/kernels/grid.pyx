@@ -11,6 +11,8 @@ from libcpp.vector cimport vector
 
 import numpy as np
 
+from mvreg.kernels import checks
+
 cdef int64_t MOST = 0x7FFFFFFFFFFFFFFF
 
 
@@ -41,8 +43,8 @@ cdef class Cells:
     cdef readonly object means
     cdef readonly object cell
 
-    def __init__(self, points, double step):
-        cdef const double[:, ::1] given = np.ascontiguousarray(points, dtype=np.float64)
+    def __cinit__(self, points, double step):
+        cdef const double[:, ::1] given = checks.floats("points", points, "N", 3, finite=True)
         cdef Py_ssize_t count = given.shape[0], i, k, found, place
         cdef double low[3]
         cdef int64_t most[3]
@@ -52,6 +54,7 @@ cdef class Cells:
         cdef vector[int64_t] keys, table
         cdef vector[Py_ssize_t] owner, rank
         cdef vector[pair[int64_t, Py_ssize_t]] order
+        checks.positive(step=step)
         cell = np.empty(count, dtype=np.intp)
         cdef Py_ssize_t[::1] of = cell
         for k in range(3):

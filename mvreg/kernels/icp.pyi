@@ -1,9 +1,7 @@
-from mvreg.geometry.arrays import Array, Indices
+from mvreg.geometry.arrays import Array
+from mvreg.kernels.results import Registration
 from mvreg.kernels.tree import Tree
 
-Pairs = tuple[Indices, Indices, Array, float, float]
-
-def trimmed(tree: Tree, points: Array, bound: float, min_overlap: float, power: float) -> Pairs: ...
 def trimmed_icp(
     tree: Tree,
     points: Array,
@@ -15,7 +13,7 @@ def trimmed_icp(
     max_iterations: int,
     tolerance: float,
     helped: bool = False,
-) -> tuple[Array, Pairs, int, bool]: ...
+) -> Registration: ...
 def plane_icp(
     tree: Tree,
     normals: Array,
@@ -29,4 +27,4 @@ def plane_icp(
     tolerance: float,
     longest: float,
     helped: bool = False,
-) -> tuple[Array, Pairs, int, bool]: ...
+) -> Registration: ...

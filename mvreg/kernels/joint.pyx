@@ -15,6 +15,13 @@ from mvreg.kernels.tree cimport Tree
 
 import numpy as np
 
+from mvreg.errors import InputError
+from mvreg.kernels import checks
+
+# No surface has so many samples.
+cdef enum:
+    FARTHEST = 1 << 30
+
 cdef struct Patch:
     double point[3]
     double axes[9]
@@ -58,12 +65,17 @@ cdef class Patches:
     cdef vector[Patch] patch
     cdef Py_ssize_t size
 
-    def __init__(self, Tree tree, points, axes, slopes, bends, normals, reach, whole):
-        cdef const double[:, ::1] points_ = floats(points), slopes_ = floats(slopes)
-        cdef const double[:, ::1] bends_ = floats(bends), normals_ = floats(normals)
-        cdef const double[:, :, ::1] axes_ = floats(axes)
-        cdef const double[::1] reach_ = floats(reach)
-        cdef const unsigned char[::1] whole_ = np.ascontiguousarray(whole, dtype=np.uint8)
+    def __cinit__(
+        self, Tree tree not None, points, axes, slopes, bends, normals, reach, whole
+    ):
+        # What is found in the tree is looked up among the patches.
+        cdef const double[:, ::1] points_ = checks.floats("points", points, tree.n, 3)
+        cdef const double[:, :, ::1] axes_ = checks.floats("axes", axes, tree.n, 3, 3)
+        cdef const double[:, ::1] slopes_ = checks.floats("slopes", slopes, tree.n, 2)
+        cdef const double[:, ::1] bends_ = checks.floats("bends", bends, tree.n, 3)
+        cdef const double[:, ::1] normals_ = checks.floats("normals", normals, tree.n, 3)
+        cdef const double[::1] reach_ = checks.floats("reach", reach, tree.n)
+        cdef const unsigned char[::1] whole_ = flags("whole", whole, tree.n)
         cdef Py_ssize_t k
         cdef Patch* one
         self.tree = tree
@@ -107,7 +119,7 @@ cdef inline double height(
     return shallow * (local[2] - below)
 
 
-def gaps(Patches surface, points, patches, bint flat):
+def gaps(Patches surface not None, points, patches, bint flat):
     """How far points are from patches, across the surface and along it.
 
     Parameters
@@ -128,8 +140,8 @@ def gaps(Patches surface, points, patches, bint flat):
     aside : (M,) array
         How far the points are from the middle of the patch, along it.
     """
-    cdef const double[:, ::1] given = floats(points)
-    cdef const Py_ssize_t[::1] which = positions(patches, surface.size)
+    cdef const double[:, ::1] given = checks.floats("points", points, "M", 3)
+    cdef const Py_ssize_t[::1] which = checks.indices("patches", patches, surface.size, "M")
     cdef Py_ssize_t size = which.shape[0], k
     if given.shape[0] != size:
         raise ValueError(f"expected points for {size} patches, got {given.shape[0]}")
@@ -178,10 +190,10 @@ def contacts(
     samples, patches : (M,) arrays
         Their positions in the source and in the target, samples ascending.
     """
-    cdef Py_ssize_t count = len(surfaces), w, most = 0
+    cdef Py_ssize_t count = len(surfaces), w
     cdef vector[double] motion = placed(motions, count)
     cdef const Py_ssize_t[:, ::1] way = among(ways, count)
-    cdef const unsigned char[::1] signs = np.ascontiguousarray(oriented, dtype=np.uint8)
+    cdef const unsigned char[::1] signs = flags("oriented", oriented, "N")
     cdef vector[Py_ssize_t] samples, patches
     cdef Patches source, target
     cdef Gate gate
@@ -190,11 +202,11 @@ def contacts(
     if signs.shape[0] != count:
         raise ValueError(f"expected to know of {count} surfaces, got {signs.shape[0]}")
     gate.squared = fmin(reach, 1e150) * fmin(reach, 1e150)
-    gate.stride, gate.flat, gate.least_cosine = stride, flat, least_cosine
+    gate.stride, gate.flat, gate.least_cosine = min(stride, FARTHEST), flat, least_cosine
     ends = np.zeros(way.shape[0] + 1, dtype=np.intp)
     cdef Py_ssize_t[::1] end = ends
     for w in range(way.shape[0]):
-        source, target = surfaces[way[w, 0]], surfaces[way[w, 1]]
+        source, target = one_of(surfaces, way[w, 0]), one_of(surfaces, way[w, 1])
         gate.oriented = signs[way[w, 0]] and signs[way[w, 1]]
         with nogil:
             touch(source, target, &motion[12 * way[w, 0]], &motion[12 * way[w, 1]], &gate,
@@ -245,7 +257,8 @@ cdef inline bint agree(
 
 def rows(
     surfaces, motions, ways, ends, samples, patches, centre, double radius, bint flat,
-    double[::1] residuals, double[:, ::1] jacobian, double[:, ::1] points
+    double[::1] residuals not None, double[:, ::1] jacobian not None,
+    double[:, ::1] points not None
 ):
     """How far samples are from patches, and how that changes with the source's motion.
 
@@ -270,8 +283,8 @@ def rows(
     cdef vector[double] motion = placed(motions, count)
     cdef const Py_ssize_t[:, ::1] way = among(ways, count)
     cdef const Py_ssize_t[::1] end = bounds(ends, way.shape[0], size)
-    cdef const Py_ssize_t[::1] here = np.ascontiguousarray(samples, dtype=np.intp)
-    cdef const Py_ssize_t[::1] there = np.ascontiguousarray(patches, dtype=np.intp)
+    cdef const Py_ssize_t[::1] here = checks.integers("samples", samples, "M")
+    cdef const Py_ssize_t[::1] there = checks.integers("patches", patches, "M")
     cdef const double[::1] middle = floats(centre)
     cdef Patches source, target
     cdef About about
@@ -283,7 +296,7 @@ def rows(
     about.unit, about.flat = 1 / radius, flat
     memcpy(about.centre, &middle[0], 3 * sizeof(double))
     for w in range(way.shape[0]):
-        source, target = surfaces[way[w, 0]], surfaces[way[w, 1]]
+        source, target = one_of(surfaces, way[w, 0]), one_of(surfaces, way[w, 1])
         if end[w] == end[w + 1]:
             continue
         with nogil:
@@ -404,10 +417,10 @@ def cell_sums(jacobian, residuals, weights, points, ends, double width, double c
         Numbers of the cells in which a way has residuals, ascending.
     sums : (C, 6) array
     """
-    cdef const double[:, ::1] row = floats(jacobian), point = floats(points)
+    cdef const double[:, ::1] row = floats(jacobian), point = checks.floats("points", points, "M", 3)
     cdef const double[::1] residual = floats(residuals), weight = floats(weights)
-    cdef const double[::1] start = floats(low)
-    cdef const int64_t[::1] size = np.ascontiguousarray(across, dtype=np.int64)
+    cdef const double[::1] start = checks.floats("low", low, 3)
+    cdef const int64_t[::1] size = checks.floats("across", across, 3, finite=True).astype(np.int64)
     cdef Py_ssize_t rows_ = row.shape[0], count = len(ends) - 1, w, k, one
     cdef const Py_ssize_t[::1] end = bounds(ends, count, rows_)
     cdef vector[pair[int64_t, Py_ssize_t]] order
@@ -420,6 +433,7 @@ def cell_sums(jacobian, residuals, weights, points, ends, double width, double c
     if not row.shape[1] == 6 or not rows_ == residual.shape[0] == weight.shape[0] == point.shape[0]:
         raise ValueError(f"expected (M, 6), (M,), (M,), (M, 3), got {np.shape(jacobian)}, "
                          f"{np.shape(residuals)}, {np.shape(weights)}, {np.shape(points)}")
+    checks.positive(edge=edge)
     last = np.zeros(count + 1, dtype=np.intp)
     cdef Py_ssize_t[::1] last_ = last
     with nogil:
@@ -454,7 +468,7 @@ def cell_sums(jacobian, residuals, weights, points, ends, double width, double c
 
 def farthest(points, before, after):
     """How far a motion goes from another for any of points (N, 3), at most; 0 for no points."""
-    cdef const double[:, ::1] given = floats(points)
+    cdef const double[:, ::1] given = checks.floats("points", points, "N", 3)
     cdef Motion change
     cdef double x[3]
     cdef double most = 0, squared
@@ -472,15 +486,19 @@ cdef floats(values):
     return np.ascontiguousarray(values, dtype=np.float64)
 
 
-cdef positions(values, Py_ssize_t size):
-    """Positions (M,) that are safe to look up among so many."""
-    found = np.ascontiguousarray(values, dtype=np.intp)
-    cdef const Py_ssize_t[::1] view = found
-    cdef Py_ssize_t k
-    for k in range(view.shape[0]):
-        if not 0 <= view[k] < size:
-            raise ValueError(f"expected positions among {size}, got {view[k]}")
+cdef flags(name, values, size):
+    """Truth values (size,), one byte each."""
+    found = np.ascontiguousarray(values, dtype=bool).view(np.uint8)
+    if found.ndim != 1 or (size != "N" and len(found) != size):
+        raise InputError(f"{name}: expected shape ({size},), got {found.shape}")
     return found
+
+
+cdef Patches one_of(surfaces, Py_ssize_t k):
+    surface = surfaces[k]
+    if not isinstance(surface, Patches):
+        raise TypeError(f"surfaces: expected Patches, got {type(surface).__name__} at {k}")
+    return surface
 
 
 cdef of_vector(vector[Py_ssize_t]& values):
@@ -506,23 +524,16 @@ cdef vector[double] placed(motions, Py_ssize_t count) except *:
 
 cdef among(ways, Py_ssize_t count):
     """Pairs (W, 2) of positions that are safe to look up among so many."""
-    found = np.ascontiguousarray(ways, dtype=np.intp)
-    if found.ndim != 2 or found.shape[1] != 2:
-        raise ValueError(f"expected ways (W, 2), got {found.shape}")
-    positions(found.ravel(), count)
-    return found
+    if np.ndim(ways) != 2 or np.shape(ways)[1] != 2:
+        raise InputError(f"expected ways (W, 2), got {np.shape(ways)}")
+    return checks.indices("ways", ways, count, "W", 2)
 
 
 cdef bounds(ends, Py_ssize_t count, Py_ssize_t size):
     """Where each of so many ways begins, and the last one ends, within `size`."""
-    found = np.ascontiguousarray(ends, dtype=np.intp)
-    cdef const Py_ssize_t[::1] view = found
-    cdef Py_ssize_t k
-    if view.shape[0] != count + 1:
-        raise ValueError(f"expected the ends of {count} ways, got {view.shape[0]} numbers")
-    for k in range(count + 1):
-        if not (view[k - 1] if k else 0) <= view[k] <= size:
-            raise ValueError(f"expected ends that ascend from 0 to {size}, got {found}")
+    found = checks.ends("ends", ends, size)
+    if len(found) != count + 1:
+        raise InputError(f"expected the ends of {count} ways, got {len(found)} numbers")
     return found
 
 

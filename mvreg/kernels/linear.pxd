@@ -13,11 +13,24 @@ cdef inline void move(const double* motion, const double* x, double* moved) noex
     moved[2] = motion[6] * x[0] + motion[7] * x[1] + motion[8] * x[2] + motion[11]
 
 
+cdef inline void copy(const double* motion, double* other) noexcept nogil:
+    cdef int m
+    for m in range(12):
+        other[m] = motion[m]
+
+
 cdef inline void turn(const double* motion, const double* x, double* turned) noexcept nogil:
     """A motion without its translation."""
     cdef int i
     for i in range(3):
         turned[i] = motion[3 * i] * x[0] + motion[3 * i + 1] * x[1] + motion[3 * i + 2] * x[2]
+
+
+cdef inline void turn_back(const double* motion, const double* x, double* turned) noexcept nogil:
+    """The inverse of `turn`: by the transposed rotation."""
+    cdef int i
+    for i in range(3):
+        turned[i] = motion[i] * x[0] + motion[3 + i] * x[1] + motion[6 + i] * x[2]
 
 
 cdef inline int of_array(const double[:, ::1] transform, double* motion) except -1:
@@ -40,6 +53,28 @@ cdef inline void to_array(const double* motion, double[:, ::1] transform) noexce
         for j in range(3):
             transform[i, j] = motion[3 * i + j]
         transform[i, 3] = motion[9 + i]
+
+
+cdef inline double dot(const double* a, const double* b) noexcept nogil:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+cdef inline double plane_height(
+    const double* x, const double* point, const double* normal
+) noexcept nogil:
+    """The signed distance of x from the plane through a point with a unit normal."""
+    return ((x[0] - point[0]) * normal[0] + (x[1] - point[1]) * normal[1]
+            + (x[2] - point[2]) * normal[2])
+
+
+cdef inline void outer_sum(
+    double* h, const double* a, const double* mean_a, const double* b, const double* mean_b
+) noexcept nogil:
+    """Add ``(a - mean_a) (b - mean_b)^T`` to a (3, 3) matrix."""
+    cdef int j, k
+    for j in range(3):
+        for k in range(3):
+            h[3 * j + k] += (a[j] - mean_a[j]) * (b[k] - mean_b[k])
 
 
 cdef inline double norm(const double* x) noexcept nogil:

@@ -10,6 +10,8 @@ from mvreg.kernels.tree cimport Entry, Tree, child_distances
 
 import numpy as np
 
+from mvreg.kernels import checks
+
 # Radii asked for at once, sums for each (count, three first moments, six second), neighbours.
 cdef enum:
     MOST = 64
@@ -17,7 +19,7 @@ cdef enum:
     NEIGHBOURS = 128
 
 
-def moments(Tree tree, keypoints, radii):
+def moments(Tree tree not None, keypoints, radii):
     """Moments of a tree's points around keypoints, for growing radii, in one pass.
 
     Parameters
@@ -35,8 +37,8 @@ def moments(Tree tree, keypoints, radii):
     second : (K, L, 3, 3) array
         Sums of their outer products.
     """
-    cdef const double[:, ::1] points = np.ascontiguousarray(keypoints, dtype=np.float64)
-    cdef const double[::1] squared = np.ascontiguousarray(radii, dtype=np.float64) ** 2
+    cdef const double[:, ::1] points = checks.floats("keypoints", keypoints, "K", 3)
+    cdef const double[::1] squared = checks.floats("radii", radii, "L") ** 2
     cdef Py_ssize_t size = points.shape[0], shells = squared.shape[0], i
     if not 0 < shells <= MOST:
         raise ValueError(f"expected 1 to {MOST} radii, got {shells}")
@@ -99,7 +101,7 @@ cdef void gather(
             one[9] += c * c
 
 
-def normals(Tree tree, queries, int count):
+def normals(Tree tree not None, queries, int count):
     """Unit normals of planes through the nearest neighbours (principal components).
 
     Parameters
@@ -114,7 +116,7 @@ def normals(Tree tree, queries, int count):
     (M, 3) array
         Of undetermined sign; some unit vector where neighbours make no plane.
     """
-    cdef const double[:, ::1] points = np.ascontiguousarray(queries, dtype=np.float64)
+    cdef const double[:, ::1] points = checks.floats("queries", queries, "M", 3)
     cdef Py_ssize_t size = points.shape[0], i
     if not 0 < count <= NEIGHBOURS:
         raise ValueError(f"expected 1 to {NEIGHBOURS} neighbours, got {count}")

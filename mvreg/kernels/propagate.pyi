@@ -1,14 +1,7 @@
-import numpy as np
-from numpy.typing import NDArray
-
 from mvreg.geometry.arrays import Array, Indices
 
 class Shape:
     def __init__(self, keypoints: Array, normals: Array, descriptors: Array) -> None: ...
-
-class Rows:
-    def __init__(self, rows: Array) -> None: ...
-    def nearest(self, queries: Array) -> tuple[Array, Indices]: ...
 
 def spread(
     source: Shape,
@@ -20,6 +13,3 @@ def spread(
     descriptor_tolerance: float,
     step: int,
 ) -> tuple[Indices, Indices]: ...
-def consensus(
-    source: Array, target: Array, matches: Indices, ends: Indices, draws: Indices, tolerance: float
-) -> tuple[Array, NDArray[np.bool_]]: ...

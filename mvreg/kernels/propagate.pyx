@@ -1,28 +1,30 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
 # cython: initializedcheck=False
 # distutils: language = c++
-"""Spread seed matches over two shapes, and find the motion that most of the matches agree with."""
+"""Spread seed matches over two shapes (Sec. 3.2 of the paper)."""
 
 from libc.math cimport INFINITY, M_PI as PI, fabs, fabsf, sqrt
 from libcpp.vector cimport vector
 
-from mvreg.kernels.linear cimport (
-    Motion, cross, kabsch, move, norm, squared_gap, to_array,
-)
+from mvreg.kernels.linear cimport dot, squared_gap
+from mvreg.kernels.simd cimport WIDE
 
 import numpy as np
 
+from mvreg.errors import InputError
+from mvreg.kernels import checks
 
-# Rings in a tolerance.
+
+# Rings in a tolerance; what is farther than so many rings shares the last one.
 cdef enum:
     RINGS = 2
+    MOST_RINGS = 65536
 
 cdef extern from *:
     """
-    // Four numbers at a time. What it finds is what most_alike finds, of all but the last few.
-    #ifdef __SSE2__
-    #include <emmintrin.h>
-    #define MVREG_WIDE 1
+    // The SSE2 path of most_alike: four numbers at a time. What it finds is what that finds, bit for
+    // bit, of all but the last few.
+    #if MVREG_WIDE
     static inline Py_ssize_t wide_alike(
         const float* away, float at, const float* angles, Py_ssize_t stride, const float* wanted,
         Py_ssize_t scales, float limit, Py_ssize_t count, float* least, Py_ssize_t* best
@@ -54,14 +56,12 @@ cdef extern from *:
         return n;
     }
     #else
-    #define MVREG_WIDE 0
     static inline Py_ssize_t wide_alike(
         const float*, float, const float*, Py_ssize_t, const float*, Py_ssize_t, float, Py_ssize_t,
         float*, Py_ssize_t*
     ) { return 0; }
     #endif
     """
-    const bint WIDE "MVREG_WIDE"
     Py_ssize_t wide_alike(
         const float* away, float at, const float* angles, Py_ssize_t stride, const float* wanted,
         Py_ssize_t scales, float limit, Py_ssize_t count, float* least, Py_ssize_t* best
@@ -84,10 +84,13 @@ cdef class Shape:
     cdef const double[:, ::1] descriptors
     cdef Py_ssize_t size, scales, length
 
-    def __init__(self, keypoints, normals, descriptors):
-        self.keypoints = np.ascontiguousarray(keypoints, dtype=np.float64)
-        self.normals = np.ascontiguousarray(normals, dtype=np.float64)
-        self.descriptors = np.ascontiguousarray(descriptors, dtype=np.float64)
+    def __cinit__(self, keypoints, normals, descriptors):
+        self.keypoints = checks.floats("keypoints", keypoints, "K", 3, finite=True)
+        size = self.keypoints.shape[0]
+        self.normals = checks.floats("normals", normals, size, "L", 3, finite=True)
+        self.descriptors = checks.floats("descriptors", descriptors, size, "D")
+        if not self.normals.shape[1]:
+            raise InputError("normals: expected one scale or more, got none")
         self.size, self.scales = self.normals.shape[0], self.normals.shape[1]
         self.length = self.descriptors.shape[1]
 
@@ -114,20 +117,26 @@ cdef class About:
         for k in range(size):
             self.far[k] = <float> (
                 sqrt(squared_gap(&shape.keypoints[k, 0], &shape.keypoints[seed, 0])) / tolerance)
-            rings = max(rings, <Py_ssize_t> (RINGS * self.far[k]) + 1)
+            rings = max(rings, ring_of(self.far[k]) + 1)
         self.ends.assign(rings + 1, 0)
         for k in range(size):
-            self.ends[<Py_ssize_t> (RINGS * self.far[k]) + 1] += 1
+            self.ends[ring_of(self.far[k]) + 1] += 1
         for ring in range(rings):
             self.ends[ring + 1] += self.ends[ring]
         self.next = self.ends
         for k in range(size):
-            ring = <Py_ssize_t> (RINGS * self.far[k])
+            ring = ring_of(self.far[k])
             place = self.next[ring]
             self.next[ring] += 1
             self.which[place], self.away[place] = k, self.far[k]
             for scale in range(shape.scales):
                 self.angle[scale * size + place] = turn(shape, k, seed, scale, oriented)
+
+
+cdef inline Py_ssize_t ring_of(float away) noexcept nogil:
+    """The ring of a distance in tolerances, whatever it is."""
+    cdef float ring = RINGS * away
+    return <Py_ssize_t> ring if ring < MOST_RINGS else MOST_RINGS
 
 
 cdef inline float turn(
@@ -136,7 +145,7 @@ cdef inline float turn(
     """The angle between the normals of two keypoints at a scale."""
     cdef const double* a = &shape.normals[k, scale, 0]
     cdef const double* b = &shape.normals[seed, scale, 0]
-    return <float> arc(a[0] * b[0] + a[1] * b[1] + a[2] * b[2], oriented)
+    return <float> arc(dot(a, b), oriented)
 
 
 cdef inline double arc(double cosine, bint oriented) noexcept nogil:
@@ -151,7 +160,7 @@ cdef inline double arc(double cosine, bint oriented) noexcept nogil:
 
 
 def spread(
-    Shape source, Shape target, seeds, bint oriented, double distance_tolerance,
+    Shape source not None, Shape target not None, seeds, bint oriented, double distance_tolerance,
     double angle_tolerance, double descriptor_tolerance, Py_ssize_t step
 ):
     """Spread every seed over both shapes.
@@ -181,7 +190,7 @@ def spread(
     ends : (S + 1,) array
         Where the matches of each seed begin, and end.
     """
-    cdef const Py_ssize_t[:, ::1] given = np.ascontiguousarray(seeds, dtype=np.intp)
+    cdef const Py_ssize_t[:, ::1] given = checks.index_pairs("seeds", seeds, source.size, target.size)
     cdef About own = About()
     cdef vector[Py_ssize_t] matches
     cdef Py_ssize_t s, size = given.shape[0]
@@ -189,6 +198,10 @@ def spread(
     cdef Py_ssize_t[::1] end = ends
     if source.scales != target.scales or source.length != target.length:
         raise ValueError("expected normals and descriptors of the same kind")
+    checks.positive(distance_tolerance=distance_tolerance)
+    if step < 1:
+        raise InputError(f"step: expected 1 or more, got {step}")
+    step = min(step, max(target.size, 1))
     with nogil:
         for s in range(size):
             own.look(source, given[s, 0], oriented, distance_tolerance)
@@ -224,7 +237,7 @@ cdef void match(
         m += step
         away = <float> (sqrt(squared_gap(&target.keypoints[m, 0], &target.keypoints[seed, 0]))
                         / distance_tolerance)
-        ring = <Py_ssize_t> (RINGS * away)
+        ring = ring_of(away)
         if m == seed or ring - RINGS >= rings:
             continue
         for scale in range(scales):
@@ -252,7 +265,10 @@ cdef inline Py_ssize_t most_alike(
     const float* away, float at, const float* angles, Py_ssize_t stride, const float* wanted,
     Py_ssize_t scales, float limit, Py_ssize_t count, Py_ssize_t* left
 ) noexcept nogil:
-    """Which is as far away to within one, and turned as much at all scales, most nearly; or -1."""
+    """Which is as far away to within one, and turned as much at all scales, most nearly; or -1.
+
+    By SSE2 (`wide_alike`) where the machine has it, and the last few, or all, in plain C.
+    """
     cdef float least = INFINITY, cost, one
     cdef Py_ssize_t best = -1, done = 0, found = 0, n, k, scale
     if WIDE:
@@ -272,318 +288,3 @@ cdef inline Py_ssize_t most_alike(
         if cost < least:
             least, best = cost, left[k]
     return best
-
-
-cdef class Rows:
-    """Rows (N, D), N at least 1, in the order of the column that varies most.
-
-    Parameters
-    ----------
-    rows : (N, D) array
-    """
-
-    cdef Py_ssize_t axis
-    cdef const Py_ssize_t[::1] ranked
-    cdef const double[:, ::1] ascending
-
-    def __init__(self, rows):
-        given = np.ascontiguousarray(rows, dtype=np.float64)
-        self.axis = given.var(axis=0).argmax()
-        order = np.argsort(given[:, self.axis], kind="stable")
-        self.ranked, self.ascending = order, given[order]
-
-    def nearest(self, queries):
-        """The nearest row to each of queries (M, D).
-
-        Along the column that varies most: once that gap alone is too wide the search is over.
-
-        Returns
-        -------
-        distances, indices : (M,) arrays
-            The first of those equally near.
-        """
-        cdef const double[:, ::1] asked = np.ascontiguousarray(queries, dtype=np.float64)
-        cdef const double[:, ::1] ascending = self.ascending
-        cdef Py_ssize_t size = ascending.shape[0], length = ascending.shape[1], axis = self.axis
-        cdef Py_ssize_t i, j, k, best, up, down
-        cdef double least, total, gap
-        distances, indices = np.empty(asked.shape[0]), np.empty(asked.shape[0], dtype=np.intp)
-        cdef double[::1] far = distances
-        cdef Py_ssize_t[::1] which = indices
-        cdef const Py_ssize_t[::1] start = np.searchsorted(
-            np.asarray(ascending)[:, axis], np.asarray(asked)[:, axis])
-        with nogil:
-            for i in range(asked.shape[0]):
-                least, best, up, down = INFINITY, -1, start[i], start[i] - 1
-                while up < size or down >= 0:
-                    if up < size and (down < 0 or ascending[up, axis] - asked[i, axis]
-                                      <= asked[i, axis] - ascending[down, axis]):
-                        j = up
-                        up += 1
-                    else:
-                        j = down
-                        down -= 1
-                    gap = ascending[j, axis] - asked[i, axis]
-                    if gap * gap > least:
-                        break
-                    total, k = 0, 0
-                    while k < length and total <= least:
-                        gap = asked[i, k] - ascending[j, k]
-                        total += gap * gap
-                        k += 1
-                    if total < least or (total == least and self.ranked[j] < best):
-                        least, best = total, self.ranked[j]
-                far[i], which[i] = sqrt(least), best
-        return distances, indices
-
-
-def consensus(source, target, matches, ends, draws, double tolerance):
-    """The rigid motions that most matches agree with, of those of samples of three (RANSAC).
-
-    Parameters
-    ----------
-    source, target : (K, 3) arrays
-        Keypoints.
-    matches : (M, 2) array
-        Positions: source, target; several sets of matches, one after the other.
-    ends : (S + 1,) array
-        Where each set begins, and ends.
-    draws : (S, R, 3) array
-        For each set the positions in it of three different matches, R times.
-    tolerance : float
-        A match agrees if the motion brings it closer than this (length).
-
-    Returns
-    -------
-    poses : (S, 4, 4) array
-        ``T_target_source``, fitted to the agreeing matches of each set.
-    agree : (M,) array of bool
-        Which they are; none, and no pose, where no sample has more than three.
-    """
-    cdef const double[:, ::1] here = np.ascontiguousarray(source, dtype=np.float64)
-    cdef const double[:, ::1] there = np.ascontiguousarray(target, dtype=np.float64)
-    cdef const Py_ssize_t[:, ::1] pairs = np.ascontiguousarray(matches, dtype=np.intp)
-    cdef const Py_ssize_t[::1] end = np.ascontiguousarray(ends, dtype=np.intp)
-    cdef const Py_ssize_t[:, :, ::1] drawn = np.ascontiguousarray(draws, dtype=np.intp)
-    cdef Py_ssize_t sets = end.shape[0] - 1, s
-    poses, agree = np.zeros((sets, 4, 4)), np.zeros(pairs.shape[0], dtype=bool)
-    cdef double[:, :, ::1] pose = poses
-    cdef unsigned char[::1] kept = agree.view(np.uint8)
-    poses[:, 3, 3] = 1
-    with nogil:
-        for s in range(sets):
-            agreed(here, there, pairs[end[s]:end[s + 1]], drawn[s], tolerance, pose[s],
-                   kept[end[s]:end[s + 1]])
-    return poses, agree
-
-
-cdef void agreed(
-    const double[:, ::1] here, const double[:, ::1] there, const Py_ssize_t[:, ::1] pairs,
-    const Py_ssize_t[:, ::1] drawn, double tolerance, double[:, ::1] pose, unsigned char[::1] kept
-) noexcept nogil:
-    """The consensus of one set of matches."""
-    cdef Py_ssize_t size = pairs.shape[0], s, i, most = 3, votes, j
-    cdef vector[double] x, y, apart
-    cdef double a[9]
-    cdef double b[9]
-    cdef double limit = tolerance * tolerance
-    cdef Motion motion
-    cdef Motion best = [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]
-    cdef int k
-    x.resize(3 * size)
-    y.resize(3 * size)
-    apart.resize(6 * size)
-    for i in range(size):
-        for k in range(3):
-            x[3 * i + k], y[3 * i + k] = here[pairs[i, 0], k], there[pairs[i, 1], k]
-            apart[k * size + i], apart[(3 + k) * size + i] = x[3 * i + k], y[3 * i + k]
-    for s in range(drawn.shape[0]):
-        for j in range(3):
-            for k in range(3):
-                a[3 * j + k], b[3 * j + k] = x[3 * drawn[s, j] + k], y[3 * drawn[s, j] + k]
-        if not sound(a, b, tolerance):
-            continue
-        triangle(a, b, motion)
-        votes = hits(motion, apart.data(), size, limit)
-        if votes > most:
-            most = votes
-            for k in range(12):
-                best[k] = motion[k]
-    if most == 3:
-        return
-    for i in range(size):
-        kept[i] = squared_miss(best, &x[3 * i], &y[3 * i]) < limit
-    fit(x, y, kept, most, motion)
-    to_array(motion, pose)
-
-
-cdef inline Py_ssize_t hits(
-    const double* motion, const double* at, Py_ssize_t size, double limit
-) noexcept nogil:
-    """How many matches a motion brings closer than a squared limit.
-
-    All x of the one side come first, then all y, all z, then those of the other. Counted in
-    floating point, so that compilers take several at a time.
-    """
-    cdef Py_ssize_t i
-    cdef double u, v, w, found = 0
-    for i in range(size):
-        u = (motion[0] * at[i] + motion[1] * at[size + i] + motion[2] * at[2 * size + i]
-             + motion[9] - at[3 * size + i])
-        v = (motion[3] * at[i] + motion[4] * at[size + i] + motion[5] * at[2 * size + i]
-             + motion[10] - at[4 * size + i])
-        w = (motion[6] * at[i] + motion[7] * at[size + i] + motion[8] * at[2 * size + i]
-             + motion[11] - at[5 * size + i])
-        found += 1.0 if u * u + v * v + w * w < limit else 0.0
-    return <Py_ssize_t> found
-
-
-cdef inline double squared_miss(const double* motion, const double* x, const double* y) noexcept nogil:
-    cdef double moved[3]
-    move(motion, x, moved)
-    return squared_gap(moved, y)
-
-
-cdef bint sound(const double* a, const double* b, double tolerance) noexcept nogil:
-    """Whether three points make a triangle of some size that keeps its shape."""
-    cdef double here[3]
-    cdef double n[3]
-    cdef int i, j
-    for i in range(3):
-        j = (i + 1) % 3
-        if fabs(sqrt(squared_gap(&a[3 * i], &a[3 * j]))
-                - sqrt(squared_gap(&b[3 * i], &b[3 * j]))) >= 2 * tolerance:
-            return False
-    normal_of(a, n)
-    return norm(n) > tolerance * tolerance
-
-
-cdef void normal_of(const double* a, double* n) noexcept nogil:
-    """Across a triangle, twice its area long."""
-    cdef double u[3]
-    cdef double v[3]
-    cdef int k
-    for k in range(3):
-        u[k], v[k] = a[3 + k] - a[k], a[6 + k] - a[k]
-    cross(u, v, n)
-
-
-cdef void frame_of(const double* a, double* mean, double* axes) noexcept nogil:
-    """Two axes along a triangle of some size and one across it (rows), and its middle."""
-    cdef double length
-    cdef int k
-    for k in range(3):
-        mean[k] = (a[k] + a[3 + k] + a[6 + k]) / 3
-        axes[k] = a[3 + k] - a[k]
-    length = norm(axes)
-    for k in range(3):
-        axes[k] /= length
-    normal_of(a, &axes[6])
-    length = norm(&axes[6])
-    for k in range(3):
-        axes[6 + k] /= length
-    cross(&axes[6], axes, &axes[3])
-
-
-cdef void triangle(const double* a, const double* b, double* motion) noexcept nogil:
-    """The motion that fits three points to three others best (Kabsch), in closed form.
-
-    The best rotation takes plane to plane. Within it, it is the rotation or the reflection that
-    the 2x2 sums of products ask for most; a reflection is half a turn about an axis in the plane.
-    """
-    cdef double mean_a[3]
-    cdef double mean_b[3]
-    cdef double p[9]
-    cdef double q[9]
-    cdef double h[4]
-    cdef double u[2]
-    cdef double v[2]
-    cdef double turn_c, turn_s, flip_c, flip_s, turning, flipping, c, s, sign
-    cdef int i, j, k
-    if not flat_enough(b):
-        general(a, b, motion)
-        return
-    frame_of(a, mean_a, p)
-    frame_of(b, mean_b, q)
-    for k in range(4):
-        h[k] = 0
-    for i in range(3):
-        for j in range(2):
-            u[j], v[j] = 0, 0
-            for k in range(3):
-                u[j] += (a[3 * i + k] - mean_a[k]) * p[3 * j + k]
-                v[j] += (b[3 * i + k] - mean_b[k]) * q[3 * j + k]
-        for j in range(2):
-            for k in range(2):
-                h[2 * j + k] += v[j] * u[k]
-    turn_c, turn_s = h[0] + h[3], h[2] - h[1]
-    flip_c, flip_s = h[0] - h[3], h[2] + h[1]
-    turning = sqrt(turn_c * turn_c + turn_s * turn_s)
-    flipping = sqrt(flip_c * flip_c + flip_s * flip_s)
-    # In the frames: x' = c x - sign s y, y' = s x + sign c y, z' = sign z.
-    if turning >= flipping:
-        c, s, sign = turn_c / turning, turn_s / turning, 1
-    else:
-        c, s, sign = flip_c / flipping, flip_s / flipping, -1
-    for i in range(3):
-        for j in range(3):
-            motion[3 * i + j] = (
-                q[i] * (c * p[j] - sign * s * p[3 + j])
-                + q[3 + i] * (s * p[j] + sign * c * p[3 + j])
-                + sign * q[6 + i] * p[6 + j])
-    for i in range(3):
-        motion[9 + i] = mean_b[i] - (motion[3 * i] * mean_a[0] + motion[3 * i + 1] * mean_a[1]
-                                     + motion[3 * i + 2] * mean_a[2])
-
-
-cdef bint flat_enough(const double* b) noexcept nogil:
-    """Whether a triangle is wide enough to have a normal."""
-    cdef double n[3]
-    cdef double side = squared_gap(b, &b[3]) + squared_gap(b, &b[6])
-    normal_of(b, n)
-    return n[0] * n[0] + n[1] * n[1] + n[2] * n[2] > 1e-12 * side * side and squared_gap(b, &b[3]) > 0
-
-
-cdef void general(const double* a, const double* b, double* motion) noexcept nogil:
-    """The same for any three points."""
-    cdef double h[9]
-    cdef double mean_a[3]
-    cdef double mean_b[3]
-    cdef int i, j, k
-    for k in range(3):
-        mean_a[k] = (a[k] + a[3 + k] + a[6 + k]) / 3
-        mean_b[k] = (b[k] + b[3 + k] + b[6 + k]) / 3
-    for k in range(9):
-        h[k] = 0
-    for i in range(3):
-        for j in range(3):
-            for k in range(3):
-                h[3 * j + k] += (a[3 * i + j] - mean_a[j]) * (b[3 * i + k] - mean_b[k])
-    kabsch(h, mean_a, mean_b, motion)
-
-
-cdef void fit(
-    const vector[double]& x, const vector[double]& y, const unsigned char[::1] kept,
-    Py_ssize_t size, double* motion
-) noexcept nogil:
-    """The motion that fits the matches kept, of which there are `size`, best."""
-    cdef double h[9]
-    cdef double mean_x[3]
-    cdef double mean_y[3]
-    cdef Py_ssize_t i
-    cdef int j, k
-    for k in range(3):
-        mean_x[k], mean_y[k] = 0, 0
-    for i in range(kept.shape[0]):
-        if kept[i]:
-            for k in range(3):
-                mean_x[k] += x[3 * i + k] / size
-                mean_y[k] += y[3 * i + k] / size
-    for k in range(9):
-        h[k] = 0
-    for i in range(kept.shape[0]):
-        if kept[i]:
-            for j in range(3):
-                for k in range(3):
-                    h[3 * j + k] += (x[3 * i + j] - mean_x[j]) * (y[3 * i + k] - mean_y[k])
-    kabsch(h, mean_x, mean_y, motion)

@@ -1,6 +1,8 @@
 # cython: language_level=3
 """What the other kernels need of the k-d tree."""
 
+from mvreg.kernels.simd cimport WIDE
+
 cdef struct Entry:
     double x[3]
     Py_ssize_t index
@@ -25,10 +27,9 @@ cdef class Tree:
 
 cdef extern from *:
     """
-    // Two numbers at a time. What it computes is what node_distance computes, bit for bit.
-    #ifdef __SSE2__
-    #include <emmintrin.h>
-    #define MVREG_WIDE 1
+    // The SSE2 path of child_distances: two numbers at a time. What it computes is what
+    // node_distance computes, bit for bit.
+    #if MVREG_WIDE
     static inline void wide_distances(const double* pair, const double* x, double* apart) {
         __m128d total = _mm_setzero_pd();
         for (int axis = 0; axis < 3; axis++) {
@@ -41,11 +42,9 @@ cdef extern from *:
         _mm_storeu_pd(apart, total);
     }
     #else
-    #define MVREG_WIDE 0
     static inline void wide_distances(const double*, const double*, double*) {}
     #endif
     """
-    const bint WIDE "MVREG_WIDE"
     void wide_distances(const double* pair, const double* x, double* apart) noexcept nogil
 
 

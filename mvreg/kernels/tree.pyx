@@ -11,6 +11,9 @@ from mvreg.kernels.linear cimport squared_gap
 
 import numpy as np
 
+from mvreg.errors import InputError
+from mvreg.kernels import checks
+
 # Points in a leaf, at most; and neighbours that can be asked for.
 cdef enum:
     LEAF = 10
@@ -142,9 +145,7 @@ cdef class Tree:
         cdef Py_ssize_t i
         self.entries = NULL
         self.boxes = NULL
-        self.data = np.ascontiguousarray(points, dtype=np.float64)
-        if self.data.ndim != 2 or self.data.shape[1] != 3:
-            raise ValueError(f"expected points (N, 3), got {self.data.shape}")
+        self.data = checks.floats("points", points, "N", 3, finite=True)
         self.cloud = self.data
         self.n = self.cloud.shape[0]
         self.depth, self.leaves = 0, 1
@@ -191,20 +192,21 @@ cdef class Tree:
         """
         if isinstance(k, int) and k == 1:
             return self.nearest(x, distance_upper_bound)
-        wanted = np.arange(1, k + 1) if isinstance(k, int) else np.asarray(k)
+        wanted = (np.arange(1, k + 1) if isinstance(k, int)
+                  else checks.indices("k", k, MOST_NEIGHBOURS + 1, "K"))
+        if not len(wanted) or wanted.min() < 1:
+            raise InputError(f"k: expected 1 to {MOST_NEIGHBOURS} neighbours, got {k}")
         distances, indices = self._many(x, int(wanted.max()), distance_upper_bound)
         return distances[:, wanted - 1], indices[:, wanted - 1]
 
     def nearest(self, x, double bound=INFINITY):
         """The nearest point to each of x (M, 3) within a bound, as `query` with k = 1."""
-        cdef const double[:, ::1] points = np.ascontiguousarray(x, dtype=np.float64)
+        cdef const double[:, ::1] points = checks.floats("x", x, "M", 3)
         cdef Py_ssize_t i, count = points.shape[0]
         distances, indices = np.empty(count), np.empty(count, dtype=np.intp)
         cdef double[::1] far = distances
         cdef Py_ssize_t[::1] which = indices
         cdef double squared, most = squared_bound(bound)
-        if count and points.shape[1] != 3:
-            raise ValueError(f"expected points (M, 3), got {np.shape(x)}")
         with nogil:
             for i in range(count):
                 squared = most
@@ -215,7 +217,7 @@ cdef class Tree:
         return distances, indices
 
     def _many(self, x, int k, double bound):
-        cdef const double[:, ::1] points = np.ascontiguousarray(x, dtype=np.float64)
+        cdef const double[:, ::1] points = checks.floats("x", x, "M", 3)
         cdef Py_ssize_t i, count = points.shape[0]
         if not 0 < k <= MOST_NEIGHBOURS:
             raise ValueError(f"expected 1 to {MOST_NEIGHBOURS} neighbours, got {k}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from mvreg.geometry.boxes import meeting
-from mvreg.kernels import evidence
+from mvreg.kernels import overlap
 from mvreg.types import Array, Indices, View
 
 #: Neighbours further apart than this are no overlap (resolutions).
@@ -41,7 +41,7 @@ def neighbours(
     list of (int, int)
         Positions in `views`.
     """
-    boxes = [evidence.box(view.points, poses[view.name]) for view in views]
+    boxes = [overlap.box(view.points, poses[view.name]) for view in views]
     pairs = meeting([low for low, _ in boxes], [high for _, high in boxes], reach)
     return sorted([*pairs, *((j, i) for i, j in pairs)])
 
@@ -65,7 +65,7 @@ def touch(
         Their distances from the tangent planes there (length).
     """
     chosen = asked(source, most)
-    return evidence.touch(
+    return overlap.touch(
         target.tree, target.normals, source.points[chosen], source.normals[chosen],
         T_target_source, reach, LEAST_COSINE,
     )  # fmt: skip

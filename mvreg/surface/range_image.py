@@ -7,7 +7,7 @@ from enum import Enum
 
 import numpy as np
 
-from mvreg.kernels.evidence import Rays
+from mvreg.kernels.rays import Rays
 from mvreg.surface.sensor_direction import estimated_direction as estimated_direction
 from mvreg.types import Array, Model, View
 

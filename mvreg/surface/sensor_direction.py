@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from mvreg.geometry.nearest import build_tree, neighbours_of
-from mvreg.kernels import evidence
+from mvreg.kernels.hidden import hidden
 from mvreg.types import Array, View
 from mvreg.types.lazy import kept_on_argument
 
@@ -66,11 +66,11 @@ def estimated_direction(view: View) -> Array | None:
     step = -(-len(points) // HIDING_POINTS)
     few = offsets[::step]
     cell = CELL * view.resolution * np.sqrt(step)
-    hidden = evidence.hidden(few, fan, landmark, cell, DEPTH * cell)
-    if hidden.min() > MOST_HIDDEN:
+    shares = hidden(few, fan, landmark, cell, DEPTH * cell)
+    if shares.min() > MOST_HIDDEN:
         return None
     angles = np.rad2deg(np.arccos(np.clip(fan @ axis, -1, 1)))
-    weights = np.exp(-(hidden - hidden.min()) / HIDDEN_SCALE - (angles / DENSITY_SCALE) ** 2)
+    weights = np.exp(-(shares - shares.min()) / HIDDEN_SCALE - (angles / DENSITY_SCALE) ** 2)
     mean = weights @ fan
     direction: Array = mean / np.linalg.norm(mean)
     return direction * side(points, normals, direction)
@@ -150,7 +150,7 @@ def _most_facing(density: Array, normals: Array, offsets: Array, landmark: Array
 
 def hidden_share(points: Array, direction: Array, cell: float, landmark: Array) -> float:
     """Share of the points (N, 3) that others hide from a sensor far away in a direction (3,)."""
-    return float(evidence.hidden(points, direction[None], landmark, cell, DEPTH * cell)[0])
+    return float(hidden(points, direction[None], landmark, cell, DEPTH * cell)[0])
 
 
 def side(points: Array, normals: Array, direction: Array) -> float:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
 from mvreg.geometry import se3
-from mvreg.kernels import grid, icp, moments, propagate
+from mvreg.kernels import descriptor_matches, grid, icp, moments, propagate, ransac, trimmed_pairs
 from mvreg.kernels.tree import Tree
 from mvreg.stages.propagate.consensus import triples
 from mvreg.stages.refine.plane_base import PlaneICP
@@ -128,7 +128,7 @@ shares = st.sampled_from([0.05, 0.4, 0.77, 1.0])
 def test_trimmed_pairs_are_in_order_where_all_are_equally_far(rng, noise):
     grid = np.stack(np.meshgrid(np.arange(50.0), np.arange(50.0), [0.0]), axis=-1).reshape(-1, 3)
     above = grid + np.array([0, 0, 0.3]) + rng.normal(0, noise, grid.shape)
-    chosen, targets, distances, _, _ = icp.trimmed(Tree(grid), above, 2.0, 0.4, 3.0)
+    chosen, targets, distances, _, _ = trimmed_pairs.trimmed(Tree(grid), above, 2.0, 0.4, 3.0)
     order = np.argsort(np.linalg.norm(above - grid, axis=1), kind="stable")
     assert (np.diff(distances) >= 0).all()
     assert (targets == chosen).all()
@@ -165,7 +165,7 @@ def test_trimmed_pairs(rng, start, share, power, bound):
     pair = overlap()
     points = pair.source.points[rng.permutation(len(pair.source.points))[:80]]
     moved = se3.apply(pair.T_target_source @ nudge(pair.source, *start), points)
-    found = icp.trimmed(pair.target.tree, moved, bound, share, power)
+    found = trimmed_pairs.trimmed(pair.target.tree, moved, bound, share, power)
     expected = plain_icp.trimmed(pair.target.points, moved, share, power)
     for one, other in zip(found[:3], expected[:3], strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-13)
@@ -238,11 +238,11 @@ def test_spread(oriented, angle, step, rng):
 @given(rngs, st.integers(0, 30), st.integers(1, 40), st.integers(1, 12))
 def test_nearest_rows(rng, queries, count, length):
     own, other = rng.normal(size=(queries, length)), rng.normal(size=(count, length))
-    found = propagate.Rows(other).nearest(own)
+    found = descriptor_matches.Rows(other).nearest(own)
     expected = plain_propagate.nearest_rows(own, other)
     np.testing.assert_allclose(found[0], expected[0])
     np.testing.assert_array_equal(found[1], expected[1])
-    same = propagate.Rows(np.repeat(other, 2, axis=0)).nearest(own)
+    same = descriptor_matches.Rows(np.repeat(other, 2, axis=0)).nearest(own)
     np.testing.assert_array_equal(same[1], 2 * found[1])
 
 
@@ -257,7 +257,7 @@ def test_consensus(rng, count, share, tolerance):
     sets = np.concatenate([both, both[: count // 2], both])
     ends = np.array([0, count, count + count // 2, len(sets)])
     some = triples([count // 2], 100, rng)[0] if count > 5 else np.zeros((100, 3), dtype=np.intp)
-    poses, agree = propagate.consensus(
+    poses, agree = ransac.consensus(
         source, target, sets, ends, np.stack([draws, some, draws]), tolerance
     )
     expected = plain_propagate.consensus(source, target, draws, tolerance)

@@ -13,6 +13,7 @@ from mvreg.geometry.arrays import Flags
 from mvreg.geometry.nearest import nearest
 from mvreg.geometry.ragged import ends_of
 from mvreg.kernels import propagate as kernels
+from mvreg.kernels import ransac
 from mvreg.parallel import in_threads, slices
 from mvreg.stages.propagate.match_sets import Spread
 from mvreg.types import Array, Candidates, Indices, Matches, View
@@ -150,7 +151,7 @@ class ConsensusPropagate:
 
         def of_some(some: slice) -> tuple[Array, Flags]:
             part = spread.part(some)
-            poses, agree = kernels.consensus(
+            poses, agree = ransac.consensus(
                 own, other, part.matches, part.ends, draws[some], tolerance
             )
             return poses, agree

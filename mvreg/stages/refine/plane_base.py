@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mvreg.geometry import se3
-from mvreg.kernels import icp
+from mvreg.kernels.trimmed_pairs import trimmed
 from mvreg.stages.refine.trimmed import NARROWEST, WIDEST, Trim, TrimmedICP
 from mvreg.types import Array, View
 
@@ -113,7 +113,7 @@ class PlaneICP(TrimmedICP, ABC):
     def measure(self, source: View, target: View, transform: Array, bound: float) -> PlanePairs:
         """The trimmed pairs of a pose, with psi as their objective."""
         points = se3.apply(transform, source.points)
-        trim = Trim(*icp.trimmed(target.tree, points, bound, self.min_overlap, self.power))
+        trim = Trim(*trimmed(target.tree, points, bound, self.min_overlap, self.power))
         moved, partners = points[trim.chosen], target.points[trim.targets]
         facing = source.normals[trim.chosen] @ transform[:3, :3].T
         directions = self.directions(facing, target.normals[trim.targets])

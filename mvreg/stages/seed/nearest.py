@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mvreg.errors import InputError
-from mvreg.kernels.propagate import Rows
+from mvreg.kernels.descriptor_matches import Rows
 from mvreg.parallel import in_threads, slices
 from mvreg.types import Matches, View
 

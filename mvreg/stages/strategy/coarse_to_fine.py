@@ -12,7 +12,7 @@ from mvreg.contracts import Pipeline
 from mvreg.errors import InputError
 from mvreg.geometry import se3
 from mvreg.geometry.nearest import mean_spacing
-from mvreg.kernels import icp
+from mvreg.kernels.trimmed_pairs import trimmed
 from mvreg.stages.strategy.grow import GrowStrategy, careful_levels
 from mvreg.surface.displacement import STILL, farthest
 from mvreg.types import Array, Features, Result, View
@@ -52,7 +52,7 @@ def objective(poses: Mapping[str, Array], views: Sequence[View]) -> float:
     for view in placed:
         others, bound = union(placed, poses, view.name), 4 * view.scale.spacing
         moved = se3.apply(poses[view.name], view.points)
-        total += icp.trimmed(others.tree, moved, bound, MIN_OVERLAP, 1 + EXPONENT)[3]
+        total += trimmed(others.tree, moved, bound, MIN_OVERLAP, 1 + EXPONENT).psi
     return total / len(placed)
 
 

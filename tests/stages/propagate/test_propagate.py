@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from mvreg.errors import InputError
 from mvreg.geometry import se3
-from mvreg.kernels import propagate as kernels
+from mvreg.kernels import ransac
 from mvreg.stages.propagate.consensus import ConsensusPropagate, triples
 from mvreg.stages.propagate.match_sets import Spread
 from mvreg.testing import overlap, pipeline
@@ -61,7 +61,7 @@ def consensus(source, target, tolerance, samples, rng):
     """The consensus of matched points (M, 3)."""
     both = np.stack([np.arange(len(source))] * 2, axis=1)
     draws = triples([len(source)], samples, rng)
-    poses, agree = kernels.consensus(
+    poses, agree = ransac.consensus(
         source, target, both, np.array([0, len(both)]), draws, tolerance
     )
     return (poses[0], np.flatnonzero(agree)) if agree.any() else None

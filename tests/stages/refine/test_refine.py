@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from mvreg.errors import InputError
 from mvreg.geometry import se3
-from mvreg.kernels import icp
+from mvreg.kernels import trimmed_pairs
 from mvreg.stages.refine.trimmed import ICP, FractionalICP, TrimmedICP
 from mvreg.testing import blob_views, overlap
 from mvreg.testing.reference.icp import trim
@@ -52,8 +52,8 @@ def test_a_bound_does_not_change_the_pairs(rng, share, exponent, bound):
     pair = overlap()
     points = pair.source.points[rng.permutation(len(pair.source.points))[:60]]
     moved = se3.apply(pair.T_target_source @ nudge(pair.source, 5 * rng.random(), 3), points)
-    free = icp.trimmed(pair.target.tree, moved, np.inf, share, exponent)
-    bounded = icp.trimmed(pair.target.tree, moved, bound, share, exponent)
+    free = trimmed_pairs.trimmed(pair.target.tree, moved, np.inf, share, exponent)
+    bounded = trimmed_pairs.trimmed(pair.target.tree, moved, bound, share, exponent)
     for one, other in zip(bounded[:4], free[:4], strict=True):
         np.testing.assert_array_equal(one, other)
     chosen, targets = free[:2]
@@ -83,7 +83,7 @@ def test_one_iteration_is_one_fit_to_the_trimmed_pairs():
     pair = overlap()
     begin = pair.T_target_source @ nudge(pair.source, 5.0, 2.0)
     moved = se3.apply(begin, pair.source.points)
-    chosen, targets, *_ = icp.trimmed(pair.target.tree, moved, np.inf, 0.4, 3.0)
+    chosen, targets, *_ = trimmed_pairs.trimmed(pair.target.tree, moved, np.inf, 0.4, 3.0)
     fitted = se3.fit(pair.source.points[chosen], pair.target.points[targets])
     found = TrimmedICP(max_iterations=1)(pair.source, pair.target, begin)
     np.testing.assert_allclose(found.T_target_source, fitted, atol=1e-12)

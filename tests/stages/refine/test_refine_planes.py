@@ -6,7 +6,7 @@ import pytest
 
 from mvreg.errors import InputError
 from mvreg.geometry import se3
-from mvreg.kernels import icp
+from mvreg.kernels import trimmed_pairs
 from mvreg.screening import SCREENING
 from mvreg.stages.refine.plane_base import smallest_step
 from mvreg.stages.refine.planes import GeneralizedICP, PointToPlane, SymmetricICP
@@ -83,7 +83,7 @@ def test_it_trims_as_tricp_does(stage):
         pair.source, pair.target, pair.T_target_source
     )
     moved = se3.apply(found.T_target_source, pair.source.points)
-    pairs = Trim(*icp.trimmed(pair.target.tree, moved, np.inf, 0.2, 2.0))
+    pairs = Trim(*trimmed_pairs.trimmed(pair.target.tree, moved, np.inf, 0.2, 2.0))
     np.testing.assert_array_equal(found.pairs[:, 0], pairs.chosen)
     np.testing.assert_array_equal(found.pairs[:, 1], pairs.targets)
 

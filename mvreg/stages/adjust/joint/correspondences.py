@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mvreg.geometry.boxes import near_boxes
 from mvreg.geometry.ragged import ends_of, picked
-from mvreg.kernels import evidence, joint
+from mvreg.kernels import joint, overlap
 from mvreg.parallel import in_threads, slices
 from mvreg.stages.adjust.joint.surface import Surface
 from mvreg.surface.overlap import LEAST_COSINE
@@ -79,7 +79,7 @@ class Gate:
 def touching(surfaces: Sequence[Surface], motions: Array, reach: float) -> list[tuple[int, int]]:
     """Pairs i < j of placed scans whose boxes in the model frame come within `reach` (length)."""
     placed = zip(surfaces, motions, strict=True)
-    corners = [np.stack(evidence.box(s.points, motion)) for s, motion in placed]
+    corners = [np.stack(overlap.box(s.points, motion)) for s, motion in placed]
     return near_boxes(corners, reach)
 
 

@@ -12,7 +12,7 @@ from mvreg.evidence.pooled import Evidence, Meeting, weigh
 from mvreg.geometry import se3
 from mvreg.geometry.boxes import near_boxes
 from mvreg.geometry.nearest import nearest
-from mvreg.kernels.evidence import box
+from mvreg.kernels.overlap import box
 from mvreg.parallel import in_threads
 from mvreg.types import Array, Indices, Model, Part, Registration, View
 

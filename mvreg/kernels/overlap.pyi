@@ -1,0 +1,13 @@
+from mvreg.geometry.arrays import Array, Indices
+from mvreg.kernels.tree import Tree
+
+def touch(
+    tree: Tree,
+    planes: Array,
+    points: Array,
+    normals: Array,
+    transform: Array,
+    reach: float,
+    least_cosine: float,
+) -> tuple[Indices, Array]: ...
+def box(points: Array, transform: Array) -> tuple[Array, Array]: ...
