@@ -11,6 +11,7 @@ import numpy as np
 from mvreg import se3
 from mvreg.errors import InputError, check_positive
 from mvreg.stages import mixture_em
+from mvreg.stages.adjust import over_components
 from mvreg.stages.view_graph import overlaps, reachable
 from mvreg.types import Array, Result, View
 
@@ -83,6 +84,10 @@ class JointMixture:
             )
 
     def __call__(self, result: Result, views: Sequence[View], pipeline: Pipeline) -> Result:
+        return over_components(result, lambda part: self.improved(part, views, pipeline))
+
+    def improved(self, result: Result, views: Sequence[View], pipeline: Pipeline) -> Result:
+        """One partial model, the pose of its reference held."""
         placed = [view for view in views if view.name in result.poses and fixes_pose(view.points)]
         joined = self.joined(result, placed)
         if len(joined) < 2:

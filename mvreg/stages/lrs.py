@@ -11,6 +11,7 @@ import numpy as np
 from mvreg import se3
 from mvreg.errors import InputError
 from mvreg.stages import low_rank, view_graph
+from mvreg.stages.adjust import over_components
 from mvreg.stages.jrmpc import fixes_pose
 from mvreg.stages.view_graph import Edge
 from mvreg.types import Array, Result, View
@@ -55,6 +56,10 @@ class LowRankSparse:
             )
 
     def __call__(self, result: Result, views: Sequence[View], pipeline: Pipeline) -> Result:
+        return over_components(result, lambda part: self.improved(part, views, pipeline))
+
+    def improved(self, result: Result, views: Sequence[View], pipeline: Pipeline) -> Result:
+        """One partial model, the pose of its reference held."""
         placed = [view for view in views if view.name in result.poses and fixes_pose(view.points)]
         names = [view.name for view in placed]
         if result.reference not in names:

@@ -11,6 +11,7 @@ import numpy as np
 from mvreg import se3
 from mvreg.errors import InputError
 from mvreg.stages import view_graph
+from mvreg.stages.adjust import over_components
 from mvreg.stages.dense import dense
 from mvreg.stages.view_graph import Edge
 from mvreg.surfaces import closeness
@@ -126,6 +127,10 @@ class MotionAveraging:
         return np.ones(len(edges))
 
     def __call__(self, result: Result, views: Sequence[View], pipeline: Pipeline) -> Result:
+        return over_components(result, lambda part: self.improved(part, views, pipeline))
+
+    def improved(self, result: Result, views: Sequence[View], pipeline: Pipeline) -> Result:
+        """One partial model, the pose of its reference held."""
         placed = [view for view in views if view.name in result.poses]
         if len(placed) < 2:
             return result
