@@ -198,6 +198,9 @@ class Adjust(Protocol):
     def __call__(self, result: Result, views: Sequence[View], pipeline: Pipeline) -> Result:
         """Return the result with better poses of the same scans; the reference's stays.
 
+        Every one of `Result.components` is improved too, by itself and in its own frame: the pose
+        of its first scan stays. `mvreg.stages.adjust.components.over_components` does the loop.
+
         `pipeline` lends its stages, `pipeline.refine` above all. A `Result.model` does not fit the
         new poses: return None for it.
         """

@@ -27,7 +27,7 @@ def telling_pair(name: str, result: Result) -> Pair | None:
     numbers = component_of(result)
     if name not in numbers:
         return closest(pairs)
-    inside = {other for other, number in numbers.items() if number == numbers[name]} | {"model"}
+    inside = {other for other, number in numbers.items() if number == numbers[name]}
     accepted = [p for p in pairs if p.verdict.reliable and {p.source, p.target} <= inside]
     as_source = [pair for pair in accepted if pair.source == name]
     last = (as_source or accepted)[-1:]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import unicodedata
 from collections.abc import Iterable, Mapping
 from pathlib import Path, PurePath
 
@@ -11,6 +12,9 @@ import numpy as np
 
 from mvreg.geometry import se3
 from mvreg.types import Array, Result, ScanSet
+
+#: Bytes of a scan's name in a file name, of the 255 that file systems allow.
+LONGEST = 200
 
 
 def write_text(path: Path, text: str) -> None:
@@ -28,14 +32,24 @@ def pose_files(names: Iterable[str]) -> dict[str, str]:
         base = PurePath(name.replace("\\", "/")).name
         # An ending such as ".ply" goes; the ".2" of "scan.2" is part of the name.
         base = re.sub(r"\.[A-Za-z][A-Za-z0-9]*$", "", base)
-        base = re.sub(r"[^\w.+-]", "_", base).strip(".") or "scan"
+        base = _shortened(re.sub(r"[^\w.+-]", "_", base)).strip(".") or "scan"
         stem, count = base, 1
-        while stem.casefold() in taken:
+        while _folded(stem) in taken:
             count += 1
             stem = f"{base}-{count}"
-        taken.add(stem.casefold())
+        taken.add(_folded(stem))
         files[name] = f"{stem}.txt"
     return files
+
+
+def _shortened(base: str) -> str:
+    """As much of a name as a file system takes with a number and an ending after it."""
+    return base.encode()[:LONGEST].decode(errors="ignore")
+
+
+def _folded(stem: str) -> str:
+    """What two names have in common where a file system takes them for the same."""
+    return unicodedata.normalize("NFKD", unicodedata.normalize("NFKD", stem).casefold())
 
 
 def write_result(folder: Path, scanset: ScanSet, result: Result) -> None:

@@ -61,6 +61,13 @@ class AdjustContract(StageContract):
             "one not placed": (partial, views, pipeline()),
         }
 
+    def two_components(self) -> tuple[Result, list[View]]:
+        """The scans of `nearly_right` twice, the second time as a component under other names."""
+        result, views = nearly_right(), list(blob_views(3))
+        again = [replace(view, name=f"again {view.name}") for view in views]
+        second = {f"again {name}": pose for name, pose in result.poses.items()}
+        return replace(result, components=(second,)), [*views, *again]
+
     def degenerate(self) -> dict[str, tuple[Any, ...]]:
         good = blob_views(3)[0]
         alone = Result(good.name, {good.name: np.eye(4)}, (), ())
@@ -86,6 +93,17 @@ class AdjustContract(StageContract):
         for result, views, _ in self.examples().values():
             after = self.misplaced(self.call(result, views, pipeline()), views)
             assert after <= max(self.misplaced(result, views), self.slack)
+
+    def test_components_are_adjusted_as_the_reference_s_model_is(self) -> None:
+        result, views = self.two_components()
+        alone = self.call(nearly_right(), list(blob_views(3)), pipeline())
+        both = self.call(result, views, pipeline())
+        (second,) = both.components
+        assert list(second) == list(result.components[0]), "a scan is lost, invented or moved"
+        np.testing.assert_array_equal(next(iter(second.values())), np.eye(4))
+        for name, pose in alone.poses.items():
+            np.testing.assert_array_equal(both.poses[name], pose)
+            np.testing.assert_array_equal(second[f"again {name}"], pose)
 
     def test_poses_move_with_the_views(self) -> None:
         result, views, pipe = self.examples()["all placed"]

@@ -24,7 +24,7 @@ def assert_result(result: Result, views: Sequence[View]) -> None:
     for pose in result.poses.values():
         assert_rigid(pose)
     for pair in result.pairs:
-        assert_pair(pair, {*names, "model"})
+        assert_pair(pair, set(names))
 
 
 def assert_pair(pair: Pair, names: set[str]) -> None:

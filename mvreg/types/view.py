@@ -96,7 +96,9 @@ class Part:
 class Model(View):
     """The merged view in the model frame, and the views that it is made of, in order.
 
-    `parts` are as they were when they were merged in: what each sensor saw is not lost.
+    `parts` are as they were when they were merged in: what each sensor saw is not lost. The model
+    has the name of the first of them, whose frame is the model frame: what is registered to the
+    model is recorded as registered to that scan. A model is told by its type, never by its name.
     """
 
     parts: tuple[Part, ...] = ()
@@ -110,6 +112,6 @@ class Model(View):
     def of(cls, view: View) -> Model:
         """The model that consists of one view, in that view's frame."""
         return cls(
-            "model", view.points, view.normals, view.features, view.resolution, view.scale,
+            view.name, view.points, view.normals, view.features, view.resolution, view.scale,
             parts=(Part(view, np.eye(4)),),
         )  # fmt: skip

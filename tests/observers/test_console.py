@@ -85,8 +85,8 @@ def test_on_a_terminal_the_bar_names_the_scan_at_hand(monkeypatch):
     )
     out, err = show(run(), Terminal(), Terminal())
     assert ("preparing b.ply", 1) in shown
-    assert any("b.ply -> model" in text and done == 1 for text, done in shown)
-    assert any("c.ply -> model" in text and done == 2 for text, done in shown)
+    assert any("b.ply -> a.ply" in text and done == 1 for text, done in shown)
+    assert any("c.ply -> a.ply" in text and done == 2 for text, done in shown)
     assert ("adjusting the poses of", 2) in shown
     assert "\x1b" in err
     assert "prepared 3 scans" not in err

@@ -46,7 +46,7 @@ def test_pairs_are_rows(tmp_path):
     assert list(accepted)[:8] == [
         "source", "target", "overlap", "trimmed_mse", "threshold", "verdict", "reason", "seconds",
     ]  # fmt: skip
-    assert (accepted["source"], accepted["target"]) == ("b.ply", "model")
+    assert (accepted["source"], accepted["target"]) == ("b.ply", "a.ply")
     assert [r["verdict"] for r in (hopeless, accepted, rejected)] == [
         "rejected",
         "accepted",

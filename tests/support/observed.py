@@ -58,13 +58,13 @@ def scanset(truth: bool = True, unit: str = "mm") -> ScanSet:
 def registration(source: str, shift: float = 2.0) -> Registration:
     pose = se3.from_parts(np.eye(3), np.array([shift, 0, 0]))
     pairs = np.zeros((5, 2), dtype=np.intp)
-    return Registration(source, "model", pose, 0.8, 0.25, 0.5, pairs, np.zeros(5), 1.0, 7, True)
+    return Registration(source, "a.ply", pose, 0.8, 0.25, 0.5, pairs, np.zeros(5), 1.0, 7, True)
 
 
 def accepted(source: str, found: Registration) -> Pair:
     return Pair(
         source,
-        "model",
+        "a.ply",
         Verdict(True, 0.25, 2.0, "trimmed MSE within Eq. (7)"),
         found.T_target_source,
         found.overlap,
@@ -76,7 +76,7 @@ def accepted(source: str, found: Registration) -> Pair:
 def rejected(source: str, found: Registration) -> Pair:
     return Pair(
         source,
-        "model",
+        "a.ply",
         Verdict(False, 4.0, 2.0, "trimmed MSE above Eq. (7)"),
         found.T_target_source,
         0.4,
@@ -86,7 +86,7 @@ def rejected(source: str, found: Registration) -> Pair:
 
 
 def hopeless(source: str) -> Pair:
-    return Pair(source, "model", Verdict(False, float("inf"), 0.0, "no candidate pose"))
+    return Pair(source, "a.ply", Verdict(False, float("inf"), 0.0, "no candidate pose"))
 
 
 def run(folder: Path | None = None, truth: bool = True, unit: str = "mm") -> list[events.Event]:
@@ -97,7 +97,7 @@ def run(folder: Path | None = None, truth: bool = True, unit: str = "mm") -> lis
     model = Model.of(a)
     good, bad = registration("b.ply"), registration("c.ply", 5.0)
     grown = Model(
-        "model",
+        "a.ply",
         np.concatenate([a.points, b.points + np.array([2.0, 0, 0])]),
         np.concatenate([a.normals, b.normals]),
         a.features,

@@ -11,6 +11,7 @@ from mvreg.contracts import Pipeline
 from mvreg.errors import InputError
 from mvreg.geometry import se3
 from mvreg.stages.adjust import view_graph
+from mvreg.stages.adjust.components import over_components
 from mvreg.stages.adjust.dense import dense
 from mvreg.surface.consistency import closeness
 from mvreg.surface.displacement import STILL, farthest
@@ -124,6 +125,10 @@ class MotionAveraging:
         return np.ones(len(edges))
 
     def __call__(self, result: Result, views: Sequence[View], pipeline: Pipeline) -> Result:
+        return over_components(result, lambda part: self.improved(part, views, pipeline))
+
+    def improved(self, result: Result, views: Sequence[View], pipeline: Pipeline) -> Result:
+        """One partial model, the pose of its reference held."""
         placed = [view for view in views if view.name in result.poses]
         if len(placed) < 2:
             return result

@@ -1,4 +1,4 @@
-"""Improve all the poses at once."""
+"""Leave the poses as they are."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ def union(views: Sequence[View], poses: Mapping[str, Array], without: str) -> Vi
     turned = [view.normals @ poses[view.name][:3, :3].T for view in others]
     features = Features(np.empty((0, 3)), np.empty((0, 1, 3)), np.empty((0, 1)), oriented=False)
     spacing = mean_spacing(points)
-    return View("model", points, np.concatenate(turned), features, spacing, views[0].scale)
+    return View(others[0].name, points, np.concatenate(turned), features, spacing, views[0].scale)
 
 
 def objective(poses: Mapping[str, Array], views: Sequence[View]) -> float:

@@ -44,12 +44,12 @@ class Scripted:
         self.told.append(rng.random())
         level, least = self.needs[source.name]
         if level is None:
-            return None, Pair(source.name, "model", Verdict(False, np.inf, 0.0, "none"))
+            return None, Pair(source.name, target.name, Verdict(False, np.inf, 0.0, "none"))
         good = self.level >= level and size >= least
         pose = se3.from_parts(np.eye(3), np.full(3, float(size)))
         found = registration(source, target, pose)
         verdict = Verdict(good, 1.0, 2.0, "scripted")
-        return found, Pair(source.name, "model", verdict, pose, 0.5, 1.0)
+        return found, Pair(source.name, target.name, verdict, pose, 0.5, 1.0)
 
 
 def views(count):

@@ -40,11 +40,11 @@ class Scripted:
         self.asked.append((source.name, target.members, len(graph)))
         self.drawn.append(rng.random())
         if source.name in self.without:
-            return None, Pair(source.name, "model", Verdict(False, np.inf, 0.0, "none"))
+            return None, Pair(source.name, target.name, Verdict(False, np.inf, 0.0, "none"))
         pose = se3.from_parts(np.eye(3), np.full(3, float(len(target.members))))
         verdict = Verdict(source.name in self.accepts, 1.0, 2.0, "scripted")
         found = registration(source, target, pose)
-        return found, Pair(source.name, "model", verdict, pose, 0.5, 1.0)
+        return found, Pair(source.name, target.name, verdict, pose, 0.5, 1.0)
 
 
 def in_order(accepts, without=(), count=4):

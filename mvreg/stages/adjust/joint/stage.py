@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from mvreg.contracts import Pipeline
 from mvreg.errors import InputError
+from mvreg.stages.adjust.components import over_components
 from mvreg.stages.adjust.joint.solver import Settled, Solver
 from mvreg.stages.adjust.joint.surface import surfaces
 from mvreg.surface.consistency import closeness
@@ -71,18 +72,15 @@ class JointRefinement:
             raise InputError(f"adjust.max_rounds: expected 0 or more, got {self.max_rounds}")
 
     def __call__(self, result: Result, views: Sequence[View], pipeline: Pipeline) -> Result:
-        poses, main = self.refined(result.poses, result.reference, views)
-        parts = [self.refined(part, next(iter(part)), views) for part in result.components]
-        settled = [found for found in (main, *(found for _, found in parts)) if found is not None]
-        if not settled:
+        return over_components(result, lambda part: self.improved(part, views))
+
+    def improved(self, result: Result, views: Sequence[View]) -> Result:
+        """One partial model, the pose of its reference held; itself where that came to nothing."""
+        poses, settled = self.refined(result.poses, result.reference, views)
+        if settled is None:
             return result
         return replace(
-            result,
-            poses=poses,
-            components=tuple(part for part, _ in parts),
-            covariances={name: c for found in settled for name, c in found.covariances.items()},
-            links=tuple(link for found in settled for link in found.links),
-            model=None if main is not None else result.model,
+            result, poses=poses, covariances=settled.covariances, links=settled.links, model=None
         )
 
     def refined(

@@ -10,6 +10,7 @@ import numpy as np
 from mvreg.contracts import Pipeline
 from mvreg.errors import InputError, check_positive
 from mvreg.geometry import se3
+from mvreg.stages.adjust.components import over_components
 from mvreg.stages.adjust.jrmpc import em
 from mvreg.stages.adjust.view_graph import overlaps
 from mvreg.surface.displacement import fixes_pose
@@ -80,6 +81,10 @@ class JointMixture:
             )
 
     def __call__(self, result: Result, views: Sequence[View], pipeline: Pipeline) -> Result:
+        return over_components(result, lambda part: self.improved(part, views, pipeline))
+
+    def improved(self, result: Result, views: Sequence[View], pipeline: Pipeline) -> Result:
+        """One partial model, the pose of its reference held."""
         placed = [view for view in views if view.name in result.poses and fixes_pose(view.points)]
         joined = self.joined(result, placed)
         if len(joined) < 2:

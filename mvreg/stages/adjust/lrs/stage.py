@@ -11,6 +11,7 @@ from mvreg.contracts import Pipeline
 from mvreg.errors import InputError
 from mvreg.geometry import se3
 from mvreg.stages.adjust import view_graph
+from mvreg.stages.adjust.components import over_components
 from mvreg.stages.adjust.lrs import decomposition
 from mvreg.surface.displacement import fixes_pose
 from mvreg.types import Array, Edge, Result, View
@@ -53,6 +54,10 @@ class LowRankSparse:
             )
 
     def __call__(self, result: Result, views: Sequence[View], pipeline: Pipeline) -> Result:
+        return over_components(result, lambda part: self.improved(part, views, pipeline))
+
+    def improved(self, result: Result, views: Sequence[View], pipeline: Pipeline) -> Result:
+        """One partial model, the pose of its reference held."""
         placed = [view for view in views if view.name in result.poses and fixes_pose(view.points)]
         names = [view.name for view in placed]
         if result.reference not in names:
