@@ -10,11 +10,11 @@ stamp   := $(VENV)/.installed
 
 extra-mvreg-peers := [kiss]
 
-.PHONY: help demo bench report lint test docs clean
+.PHONY: help demo bench report lint check test test-all coverage docs clean
 
 help: ## Say what there is
 	@echo 'make TARGET; each builds $(VENV) first when it is missing'
-	@sed -n 's/^\([a-z]*\):[^#]*## /  \1\t/p' $(firstword $(MAKEFILE_LIST))
+	@sed -n 's/^\([a-z-]*\):[^#]*## /  \1\t/p' $(firstword $(MAKEFILE_LIST))
 
 demo: $(stamp) ## Register the embedded figurine
 	@echo '==> mvreg dataset=figurine'
@@ -35,9 +35,22 @@ lint: $(stamp) ## Style and types: ruff and mypy
 	@echo '==> types'
 	@$(python) -m mypy
 
-test: lint ## Lint, then every test; with MVREG_DATA set also those on real scans
+# The tiers are decided in tests/tiers.py. What a tier leaves out is said at its end.
+check: lint ## Lint, then the unit and kernel tests: less than a minute
+	@echo '==> check'
+	@$(python) -m pytest -n 2 --tier check
+
+test: lint ## Check, contracts and whole runs; with MVREG_DATA set also those on real scans
 	@echo '==> tests$(if $(MVREG_DATA),, (MVREG_DATA is not set: those on real scans are skipped))'
-	@$(python) -m pytest -n 2
+	@$(python) -m pytest -n 2 --tier test
+
+test-all: lint ## Everything: also the documents' commands, the peers and the long ones
+	@echo '==> all tests$(if $(MVREG_DATA),, (MVREG_DATA is not set: those on real scans are skipped))'
+	@$(python) -m pytest -n 2 --tier all
+
+coverage: $(stamp) ## The tests of `make test` again, saying which lines of mvreg and its plugins ran
+	@echo '==> coverage'
+	@$(python) -m pytest -n 2 --tier test --cov --cov-report=term:skip-covered
 
 docs: $(stamp) ## Put the code that the documents include into them again
 	@$(python) tests/documents/include.py

@@ -46,7 +46,10 @@ def test_bunny_in_file_order(bunny: ScanSet, in_file_order: Result) -> None:
     assert len(in_file_order.pairs) <= 2 * len(bunny.scans)
 
 
-@pytest.mark.slow
+def test_auto_places_the_bunny(bunny: ScanSet) -> None:
+    assert errors_of(mvreg.register(bunny, "auto"), bunny).mean.rotation <= 0.0130
+
+
 def test_bunny_in_metres_ends_where_bunny_in_millimetres_does(
     data_root: Path, bunny: ScanSet, in_file_order: Result
 ) -> None:
@@ -86,7 +89,6 @@ def test_a_scan_with_stray_words_in_its_header(data_root: Path, tmp_path: Path) 
     errors_of(mvreg.register(scans, "fcpma"), scans)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("name", "bound"), [("dragon", 0.0380), ("buddha", 0.0450)])
 def test_dragon_and_buddha_in_file_order(data_root: Path, name: str, bound: float) -> None:
     scans = mvreg.dataset(name, root=str(data_root))

@@ -1,0 +1,38 @@
+"""Which tests belong to which tier: the one place that decides it.
+
+``check`` is a part of ``test``, and ``test`` of ``all``. The first prefix that fits a test's file
+says its tier, and a test marked ``slow`` belongs to ``all`` whatever its file. A file that nothing
+names belongs to ``test``, so that a new one is run until somebody decides otherwise.
+"""
+
+TIERS = ("check", "test", "all")
+
+#: The start of a file's path in the repository, and the tier of its tests.
+TIER_OF = (
+    ("tests/documents/", "all"),
+    ("plugins/mvreg-peers/", "all"),
+    ("tests/config/", "check"),
+    ("tests/evaluation/", "check"),
+    ("tests/evidence/", "check"),
+    ("tests/geometry/", "check"),
+    ("tests/io/", "check"),
+    ("tests/kernels/", "check"),
+    ("tests/report/", "check"),
+    ("tests/stages/", "check"),
+    ("tests/surface/", "check"),
+    ("tests/test_tiers.py", "check"),
+    ("tests/types/", "check"),
+)
+DEFAULT = "test"
+
+
+def tier_of(path: str, slow: bool = False) -> str:
+    """Return the tier of a test in the file `path`, which is relative to the repository."""
+    if slow:
+        return "all"
+    return next((tier for start, tier in TIER_OF if path.startswith(start)), DEFAULT)
+
+
+def runs(tier: str, asked: str) -> bool:
+    """Whether a test of `tier` runs when the tier `asked` is."""
+    return TIERS.index(tier) <= TIERS.index(asked)
