@@ -17,6 +17,7 @@ from omegaconf.errors import (
 
 from mvreg.config.known_plugins import BROUGHT_BY, to_install
 from mvreg.config.presets import choices
+from mvreg.config.renamed import renamed_parameter
 from mvreg.contracts import KINDS
 from mvreg.errors import InputError
 from mvreg.plugins import manager
@@ -93,6 +94,9 @@ def no_such_choice(file: str, options: Iterable[str]) -> str:
 def no_such_key(key: str, known: Iterable[str], cls: type | None = None) -> str:
     """For ``seed.top_fractoin=1``: `known` are the keys beside it, `cls` the stage's class."""
     names = [name for name in map(str, known) if name != "hydra"]
+    now = renamed_parameter(key)
+    if now and now.rpartition(".")[2] in names:
+        return f"{key} has been renamed to {now}; write {now}=..."
     stage = {stage.cls: stage for stage in manager.stages().values()}.get(cls or object)
     owner = f"parameters of {stage.kind}={stage.name}" if stage else "keys"
     near = difflib.get_close_matches(key.rpartition(".")[2], names, n=1)

@@ -12,12 +12,8 @@ from typing import Any
 import numpy as np
 
 from mvreg.errors import InputError
-
-#: Raised when a key changes its meaning or goes away; new keys do not count.
-#: 2: scans of partial models are no longer in `unregistered`, but in `components`.
-SCHEMA = 2
-#: Older reports that can still be read: what they say means the same, they only say less.
-READABLE = (1, SCHEMA)
+from mvreg.report.upgrade import READABLE, upgraded
+from mvreg.report.upgrade import SCHEMA as SCHEMA
 
 
 def dumps(report: Mapping[str, object]) -> str:
@@ -26,7 +22,9 @@ def dumps(report: Mapping[str, object]) -> str:
 
 
 def load_report(path: Path) -> dict[str, Any]:
-    """Read a ``result.json``, or the one in a run folder.
+    """Read a ``result.json``, or the one in a run folder, in the words of the present schema.
+
+    Reports of earlier schemas are brought up to it, see `mvreg.report.upgrade`.
 
     Raises
     ------
@@ -47,8 +45,7 @@ def load_report(path: Path) -> dict[str, Any]:
     if schema not in READABLE:
         known = " or ".join(map(str, READABLE))
         raise InputError(f"{file}: expected a report with schema {known}, found {schema!r}")
-    found: dict[str, Any] = report
-    return found
+    return upgraded(report)
 
 
 def to_plain(value: Any) -> Any:

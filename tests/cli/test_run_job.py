@@ -90,7 +90,7 @@ def test_the_report_is_complete(run):
     _, folder = run
     report = report_of(folder)
     assert set(report) >= KEYS
-    assert (report["schema"], report["method"]) == (2, "fcpma")
+    assert (report["schema"], report["method"]) == (3, "fcpma")
     assert (report["dataset"], report["unit"]) == ("Müller's scans", "file")
     assert report["errors"] is None, "there is no ground truth"
     assert report["consistency"]["rms"] > 0
