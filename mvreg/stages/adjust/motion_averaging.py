@@ -18,7 +18,7 @@ from mvreg.surface.displacement import STILL, farthest
 from mvreg.types import Array, Result, View
 
 if TYPE_CHECKING:
-    from mvreg.pipeline import Pipeline
+    from mvreg.contracts import Pipeline
 
 #: Newton steps of one average; three or four are usual, each squares the error.
 STEPS = 20

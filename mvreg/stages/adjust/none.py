@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from mvreg.types import Result, View
 
 if TYPE_CHECKING:
-    from mvreg.pipeline import Pipeline
+    from mvreg.contracts import Pipeline
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from mvreg.surface.displacement import STILL, farthest
 from mvreg.types import Array, Features, Result, View
 
 if TYPE_CHECKING:
-    from mvreg.pipeline import Pipeline
+    from mvreg.contracts import Pipeline
 
 #: Of the score: smallest overlap and the paper's lambda, as in `TrimmedICP`.
 MIN_OVERLAP, EXPONENT = 0.4, 2.0

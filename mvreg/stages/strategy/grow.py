@@ -12,7 +12,7 @@ from mvreg.errors import InputError
 from mvreg.types import Array, Pair, Registration, Result, View
 
 if TYPE_CHECKING:
-    from mvreg.pipeline import Pipeline
+    from mvreg.contracts import Pipeline
 
 
 def careful_levels() -> list[dict[str, Any]]:

@@ -12,7 +12,7 @@ from mvreg.stages.strategy.grow import Growth
 from mvreg.types import Result, View
 
 if TYPE_CHECKING:
-    from mvreg.pipeline import Pipeline
+    from mvreg.contracts import Pipeline
 
 
 @dataclass(frozen=True)

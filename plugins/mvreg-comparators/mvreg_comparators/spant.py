@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,7 +15,7 @@ from mvreg.types import Array, Pair, Registration, Result, View
 from mvreg_comparators.dual import DualCriterion
 
 if TYPE_CHECKING:
-    from mvreg.pipeline import Pipeline
+    from mvreg.contracts import Pipeline
 
 
 @dataclass(eq=False)
@@ -59,7 +59,7 @@ class SpanningTreeStrategy(DualCriterion):
         self, views: Sequence[View], pipeline: Pipeline, rng: np.random.Generator
     ) -> Result:
         if not self.judged:
-            pipeline = replace(pipeline, judge=self.first_criterion())
+            pipeline = pipeline.with_stages(judge=self.first_criterion())
         pipeline.begin(views[0])
         first = float(np.mean([view.resolution for view in views]))
         unit = self.unit(views[0])

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mvreg.errors import InputError
-from mvreg.stages.judge.residual import surface_fit
+from mvreg.surface.fit import surface_fit
 from mvreg.types import Array, Pair, Registration, Result, View
 from mvreg_comparators.graph import Edge, crossing, poses_from
 from mvreg_comparators.visibility import Visibility, Witness
 
 if TYPE_CHECKING:
-    from mvreg.pipeline import Pipeline
+    from mvreg.contracts import Pipeline
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ import numpy as np
 
 from mvreg.errors import InputError
 from mvreg.geometry import se3
-from mvreg.stages.judge.residual import looseness
+from mvreg.surface.fit import looseness
 from mvreg.surface.range_image import RangeImage, Sensor
 from mvreg.types import Array, Registration, Verdict, View
 

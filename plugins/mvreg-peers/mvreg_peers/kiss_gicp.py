@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from mvreg.contracts import Pipeline
 from mvreg.errors import InputError, PluginError, check_positive
 from mvreg.geometry import se3
-from mvreg.pipeline import Pipeline
 from mvreg.types import Array, Result, Verdict, View
 from mvreg_peers.clouds import Cloud, clouds_of
 from mvreg_peers.graph import Edge, spanning_tree

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 import mvreg
+from mvreg.contracts import Pipeline
 from mvreg.errors import InputError, check_positive
 from mvreg.geometry import se3
-from mvreg.pipeline import Pipeline
 from mvreg.types import Array, Result, View
 from mvreg_peers.clouds import clouds_of
 from mvreg_peers.fpfh import FINE, Matcher, PairByFpfh, prepare

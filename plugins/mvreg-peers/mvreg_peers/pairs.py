@@ -11,9 +11,9 @@ from typing import TypeGuard
 import numpy as np
 
 from mvreg import events
+from mvreg.contracts import Pipeline
 from mvreg.geometry import se3
 from mvreg.geometry.nearest import nearest
-from mvreg.pipeline import Pipeline
 from mvreg.types import Array, Candidates, Matches, Pair, Registration, Result, View
 from mvreg_peers.clouds import Cloud, in_scan_frames
 from mvreg_peers.graph import Edge

@@ -13,7 +13,7 @@ from mvreg.surface.consistency import closeness
 from mvreg.types import Array, Result, View
 
 if TYPE_CHECKING:
-    from mvreg.pipeline import Pipeline
+    from mvreg.contracts import Pipeline
 
 #: The surfaces may measure worse by this share before the poses found are thrown away: so much
 #: does the measure itself differ between poses a hundredth of a resolution apart.

@@ -16,7 +16,7 @@ from mvreg.surface.displacement import fixes_pose
 from mvreg.types import Array, Result, View
 
 if TYPE_CHECKING:
-    from mvreg.pipeline import Pipeline
+    from mvreg.contracts import Pipeline
 
 #: The poses stand still when no point moves farther than this after a draw (resolutions).
 STILL = 1e-2

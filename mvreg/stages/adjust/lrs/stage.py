@@ -17,7 +17,7 @@ from mvreg.surface.displacement import fixes_pose
 from mvreg.types import Array, Result, View
 
 if TYPE_CHECKING:
-    from mvreg.pipeline import Pipeline
+    from mvreg.contracts import Pipeline
 
 
 @dataclass(frozen=True)

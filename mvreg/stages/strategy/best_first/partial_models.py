@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from mvreg.contracts import Pipeline
 from mvreg.evidence.pooled import Evidence, Meeting, weigh
 from mvreg.geometry import se3
 from mvreg.geometry.boxes import near_boxes
 from mvreg.geometry.nearest import nearest
 from mvreg.kernels.evidence import box
 from mvreg.parallel import in_threads
-from mvreg.pipeline import Pipeline
 from mvreg.types import Array, Indices, Model, Part, Registration, View
 
 #: Points of a view and of a model that are nearer than this are one (resolutions).

@@ -22,7 +22,7 @@ from mvreg.stages.strategy.grow import suited
 from mvreg.types import Array, Pair, Registration, Result, Verdict, View
 
 if TYPE_CHECKING:
-    from mvreg.pipeline import Pipeline
+    from mvreg.contracts import Pipeline
 
 #: Scans that were taken back get so many further rounds of attempts.
 ROUNDS = 2
