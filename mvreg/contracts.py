@@ -29,6 +29,21 @@ from mvreg.types import (
     View,
 )
 
+__all__ = [
+    "KINDS",
+    "Adjust",
+    "Augment",
+    "Dataset",
+    "Describe",
+    "Downsample",
+    "Judge",
+    "Pipeline",
+    "Propagate",
+    "Refine",
+    "Seed",
+    "Strategy",
+]
+
 
 class Dataset(Protocol):
     """Finds scans."""

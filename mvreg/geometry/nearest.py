@@ -13,6 +13,14 @@ from mvreg.parallel import in_threads, slices, threads
 if TYPE_CHECKING:
     from mvreg.kernels.tree import Tree
 
+__all__ = [
+    "build_tree",
+    "mean_spacing",
+    "median_spacing",
+    "nearest",
+    "within",
+]
+
 #: Queries run on all cores; the answers do not depend on how many there are.
 WORKERS = threads()
 #: So many queries make a part worth a thread's while.

@@ -6,6 +6,22 @@ import numpy as np
 
 from mvreg.geometry.arrays import Array
 
+__all__ = [
+    "about",
+    "apply",
+    "exp",
+    "fit",
+    "from_parts",
+    "invert",
+    "log",
+    "project",
+    "random",
+    "rotation_angle",
+    "rotation_from_quaternion",
+    "rotation_vector",
+    "skew",
+]
+
 
 def apply(transform: Array, points: Array) -> Array:
     """Transform points.

@@ -9,8 +9,8 @@ import numpy as np
 
 from mvreg.errors import InputError
 from mvreg.geometry import se3
-from mvreg.stages.refine.trimmed import TrimmedICP
-from mvreg.surface.fit import length_read_as_one
+from mvreg.stages import TrimmedICP
+from mvreg.surface import length_read_as_one
 from mvreg.types import Array, Registration, Verdict, View
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mvreg.geometry import se3
-from mvreg.stages.judge.residual import TmseJudge
+from mvreg.stages import TmseJudge
 from mvreg.types import Array, Pair, Registration, Result, View
 from mvreg_comparators.dual import DualCriterion
 

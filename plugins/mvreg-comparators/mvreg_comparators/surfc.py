@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mvreg.errors import InputError
-from mvreg.surface.fit import surface_fit
+from mvreg.surface import surface_fit
 from mvreg.types import Array, Pair, Registration, Result, View
 from mvreg_comparators.graph import Edge, crossing, poses_from
 from mvreg_comparators.visibility import Visibility, Witness

@@ -17,8 +17,7 @@ import numpy as np
 
 from mvreg.errors import InputError
 from mvreg.geometry import se3
-from mvreg.surface.fit import looseness
-from mvreg.surface.range_image import RangeImage, Sensor
+from mvreg.surface import RangeImage, Sensor, looseness
 from mvreg.types import Array, Registration, Verdict, View
 
 #: A view, and what its sensor saw; None where nothing is known of that.
