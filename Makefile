@@ -39,8 +39,9 @@ test: lint ## Lint, then every test; with MVREG_DATA set also those on real scan
 	@echo '==> tests$(if $(MVREG_DATA),, (MVREG_DATA is not set: those on real scans are skipped))'
 	@$(python) -m pytest -n 2
 
-docs: $(stamp) ## Put the code that the documents include into them again
+docs: $(stamp) ## Put the code that the documents include into them again, and list what is public
 	@$(python) tests/documents/include.py
+	@$(python) tests/documents/api.py
 
 clean: ## Remove the environment and what tools left behind; keep runs
 	rm -rf $(VENV) build dist *.egg-info plugins/*/*.egg-info

@@ -3,6 +3,22 @@
 Stages are pure: no globals, no logging, no printing, and randomness only through `rng`. "No
 candidate" is an empty `Candidates`, "found but doubtful" a `Verdict`; exceptions are for wrong
 input. `mvreg.testing` has a contract suite for each kind.
+
+What holds for all of them:
+
+- Arrays are shared between records, may be read-only, and must not be written to.
+- A view may have no point, one, or all in one place, and no keypoint; so may the model.
+- Same arguments and same random numbers, same answer to the last bit, whatever the number of
+  threads. Who calls several times with randomness spawns a generator per call from its own,
+  in a fixed order: ``rng.spawn(1)[0]``.
+- `describe` and `refine` are called from several threads at once. The order of the answers, and of
+  the events, is that of the input.
+
+A run emits, in this order: `RunStarted` (the command line only); a `ViewPrepared` per scan, in
+their order; what the strategy makes of them; `AdjustStarted`; `RunFinished` (the command line
+only). In the strategy's part a `PairStarted` is followed by its `PairRegistered`; growing a model
+begins with `ReferenceChosen` and has a `ViewPlaced` after each pair that is accepted. `Pipeline`
+emits all of these but the first and the last two; a stage emits by its methods only.
 """
 
 from __future__ import annotations
@@ -68,14 +84,18 @@ class Describe(Protocol):
     """Gives every keypoint a descriptor that does not change under rigid motion."""
 
     def __call__(self, scan: Scan, keypoints: Array, spacing: float) -> Features:
-        """Describe `keypoints` (K, 3) of the scan; those that cannot be described are left out."""
+        """Describe `keypoints` (K, 3) of the scan; those that cannot be described are left out.
+
+        The rest keeps its order. The number of scales L and of descriptors' entries D must not
+        depend on the scan. Called from several threads.
+        """
 
 
 class Seed(Protocol):
     """Proposes matches by descriptor alone."""
 
     def __call__(self, source: View, target: View) -> Matches:
-        """Return seed matches, best first; may be empty."""
+        """Return seed matches, by ascending distance; may be empty."""
 
 
 class Propagate(Protocol):
@@ -84,14 +104,21 @@ class Propagate(Protocol):
     def __call__(
         self, source: View, target: View, seeds: Matches, rng: np.random.Generator
     ) -> Candidates:
-        """Return candidate poses ``T_target_source``, best first; may be empty."""
+        """Return candidate poses ``T_target_source`` (C, 4, 4), by ascending score; may be empty.
+
+        `seeds` may be empty, or have been made by any other stage.
+        """
 
 
 class Refine(Protocol):
     """Makes a coarse pose accurate."""
 
     def __call__(self, source: View, target: View, T_init: Array) -> Registration:
-        """Return the pose near `T_init` (4, 4) that fits the source to the target best."""
+        """Return the pose near `T_init` (4, 4) that fits the source to the target best.
+
+        It rests on one pair at least; the order of `pairs` is free. `Pipeline.register` calls it
+        from several threads, first on few points of the source, and compares the objectives.
+        """
 
 
 class Judge(Protocol):
@@ -104,7 +131,14 @@ class Judge(Protocol):
         target: View,
         accepted: Sequence[Registration],
     ) -> Verdict:
-        """Judge `registration`, given those accepted so far."""
+        """Judge `registration`, given those accepted so far.
+
+        `accepted` is what the strategy has relied on before, oldest first, never `registration`
+        itself: registrations to the model where it grows one (`grow`: each names its `target`
+        "model"), of scans to scans in a tree of them, and nothing at all where the strategy looks
+        after that by itself (`best_first`). It may be empty at any time. `registration` may be one
+        of few of the source's points, if the pipeline asks whether to give up.
+        """
 
 
 class Augment(Protocol):
@@ -207,7 +241,11 @@ class Strategy(Protocol):
     def __call__(
         self, views: Sequence[View], pipeline: Pipeline, rng: np.random.Generator
     ) -> Result:
-        """Place as many of `views` as can be placed."""
+        """Place as many of `views` as can be placed.
+
+        Every view is in exactly one of `Result.poses`, a component and `unregistered`; the order
+        of `poses` is free, `pairs` are in the order in which they were tried.
+        """
 
 
 class Adjust(Protocol):

@@ -190,7 +190,8 @@ def prepare(
 
     Parameters
     ----------
-    scans, method, rng, changes
+    scans : ScanSet, or sequence of Scan or of (N, 3) arrays
+    method, rng, changes
         As in `register`, which given the same makes the same views.
 
     Returns
