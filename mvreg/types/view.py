@@ -48,8 +48,8 @@ class Features:
     The scales ascend, and the first, ``normals[:, 0]``, is the normal of a keypoint wherever one is
     needed: to turn registration points' normals to the same side, to merge a view into the model.
     Propagation compares the normals of all scales; the overlap score of `best_first` takes a side
-    from the last one, so all normals of a keypoint must point to the same side. Keypoints are in no particular order; there may
-    be none (K = 0).
+    from the last. Where `oriented`, each of them points to the side that the sensor was on, as far
+    as that can be told. Keypoints are in no particular order; there may be none (K = 0).
     """
 
     keypoints: Array
