@@ -11,6 +11,21 @@ from pathlib import Path
 
 from mvreg.types import Array, Candidates, Matches, Model, Pair, Registration, Result, ScanSet, View
 
+__all__ = [
+    "AdjustStarted",
+    "Emit",
+    "Event",
+    "PairRegistered",
+    "PairStarted",
+    "PosesRevised",
+    "ReferenceChosen",
+    "RunFinished",
+    "RunStarted",
+    "ViewPlaced",
+    "ViewPrepared",
+    "ignore",
+]
+
 
 @dataclass(frozen=True, eq=False)
 class RunStarted:

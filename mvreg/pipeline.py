@@ -59,7 +59,19 @@ class Pipeline:
         return replace(self, emit=emit)
 
     def with_stages(self, **stages: Any) -> Pipeline:
-        """The pipeline with other stages, by kind."""
+        """The pipeline with other stages, by kind: ``with_stages(judge=TmseJudge())``.
+
+        Raises
+        ------
+        InputError
+            For a name that is no kind of stage in a pipeline.
+        """
+        unknown = sorted(set(stages) - set(STAGES))
+        if unknown:
+            raise InputError(
+                f"cannot exchange {', '.join(unknown)}: expected kinds of stage; options: "
+                f"{', '.join(STAGES)}"
+            )
         return replace(self, **stages)
 
     def with_parameters(self, changes: Mapping[str, Any]) -> Pipeline:

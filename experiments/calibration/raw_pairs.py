@@ -19,7 +19,8 @@ from rich.progress import track
 import mvreg
 from mvreg.geometry import se3
 from mvreg.geometry.nearest import nearest
-from mvreg.stages.judge.residual import TmseJudge, stability, surface_fit
+from mvreg.stages.judge.residual import TmseJudge
+from mvreg.surface.fit import stability, surface_fit
 from mvreg.types import Array, Registration, View, ViewGraph
 
 #: What is right: degrees, resolutions.

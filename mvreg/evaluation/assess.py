@@ -19,6 +19,7 @@ from mvreg.parallel import in_threads
 from mvreg.surface.contact import Contact, balance_of, coarse
 from mvreg.surface.overlap import asked
 from mvreg.types import Array, Result, Scan, ScanSet, View
+from mvreg.types.scan import as_scans
 
 #: Point-to-plane distances up to this are within tolerance (resolutions). Of the overlapping points
 #: of the Bunny, Dragon and Buddha scans 82 to 92 per cent are, at their true poses; of a scan
@@ -31,7 +32,11 @@ NOISES = 2.0
 LEAST_OVERLAP = 0.1
 
 
-def assess(result: Result, views: Sequence[View] | Sequence[Scan | Array] | ScanSet) -> Assessment:
+#: What `assess` may be given of what was registered.
+Given = Sequence[View] | Sequence[Scan | Array] | ScanSet
+
+
+def assess(result: Result, views: Given | None = None) -> Assessment:
     """Say how far the poses of a result are to be trusted, by the scans alone.
 
     Every partial model is looked at by itself. Only scans whose bounding boxes overlap are
@@ -40,9 +45,10 @@ def assess(result: Result, views: Sequence[View] | Sequence[Scan | Array] | Scan
     Parameters
     ----------
     result : Result
-    views : sequence of View or of scans, or ScanSet
-        What was registered. Scans are prepared as the default method would; views as they come
-        from ``Pipeline.prepare`` spare that.
+    views : sequence of View or of scans, or ScanSet, optional
+        What was registered. The views that `mvreg.register` leaves in the result are used if
+        nothing is given, or the same scans; for poses of another origin, pass what
+        `mvreg.prepare` makes of the scans.
 
     Returns
     -------
@@ -51,7 +57,8 @@ def assess(result: Result, views: Sequence[View] | Sequence[Scan | Array] | Scan
     Raises
     ------
     InputError
-        If a placed scan is not among the scans.
+        If a placed scan is not among the scans, or scans are given that are not those of which the
+        result has the views.
     """
     prepared = _prepared(result, views)
     models = (result.poses, *result.components)
@@ -66,22 +73,35 @@ def assess(result: Result, views: Sequence[View] | Sequence[Scan | Array] | Scan
     return Assessment(tolerance * resolution, scans, links)
 
 
-def _prepared(
-    result: Result, views: Sequence[View] | Sequence[Scan | Array] | ScanSet
-) -> Sequence[View]:
-    if not isinstance(views, ScanSet) and all(isinstance(view, View) for view in views):
-        return cast(Sequence[View], views)
-    from mvreg.run import as_scans, load_method
-
-    scans = as_scans(cast("Sequence[Scan | Array] | ScanSet", views))
+def _prepared(result: Result, given: Given | None) -> Sequence[View]:
+    """The views to compare: those given, or the result's own."""
+    views: Sequence[View] = result.views
+    if given is not None:
+        if not isinstance(given, ScanSet) and all(isinstance(each, View) for each in given):
+            views = cast(Sequence[View], given)
+        else:
+            _check_same(as_scans(cast("Sequence[Scan | Array] | ScanSet", given)), views)
     placed = [name for poses in (result.poses, *result.components) for name in poses]
-    missing = sorted(set(placed) - {scan.name for scan in scans})
+    missing = sorted(set(placed) - {view.name for view in views})
     if missing:
         raise InputError(
-            f"the result places {', '.join(missing)}, which is not among the scans; expected the "
-            "scans that were registered, under the same names"
+            f"the result places {', '.join(missing)}, which is not among the prepared scans; "
+            "expected the views of what was registered: mvreg.prepare(scans, method)"
         )
-    return load_method().pipeline.prepare(scans, np.random.default_rng(0))
+    return views
+
+
+def _check_same(scans: Sequence[Scan], views: Sequence[View]) -> None:
+    """Raise InputError unless these are the scans that the views were made of."""
+    made = {view.name: view.scan for view in views}
+    for scan in scans:
+        own = made.get(scan.name)
+        if own is None or not (own is scan or np.array_equal(own.points, scan.points)):
+            raise InputError(
+                f"scan {scan.name} is not one of those that the result has the views of"
+                f"{'' if views else ' (it has none)'}; expected the scans that were registered, "
+                "or views: mvreg.assess(result, mvreg.prepare(scans, method))"
+            )
 
 
 def _tolerance(parts: Sequence[Weighing]) -> float:

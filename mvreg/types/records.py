@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mvreg.geometry.arrays import Array, Indices
-from mvreg.types.view import Model
+from mvreg.types.view import Model, View
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +138,8 @@ class Result:
     `pairs` has every attempt, in order; `model` is the merged view where the strategy keeps one.
     An `adjust` stage may add the `covariances` (6, 6) of the poses, of small motions
     ``exp(twist) @ T_model_scan``, three of rotation (radians) and three of translation (length),
-    and the `links` that it rests on.
+    and the `links` that it rests on. `views` are the scans as they were prepared, in the order in
+    which they were given; `mvreg.register` fills them in, strategies leave them empty.
     """
 
     reference: str
@@ -149,3 +150,4 @@ class Result:
     components: tuple[Mapping[str, Array], ...] = ()
     covariances: Mapping[str, Array] = field(default_factory=dict)
     links: tuple[Link, ...] = ()
+    views: tuple[View, ...] = field(default=(), repr=False)

@@ -10,8 +10,10 @@ from mvreg.errors import InputError
 from mvreg.evaluation.assess import TOLERANCE, assess
 from mvreg.evaluation.grade import Grade, grade
 from mvreg.geometry import se3
+from mvreg.run import Method
 from mvreg.surface.contact import balance_of, contacts
 from mvreg.testing import blob_scans
+from mvreg.testing.compare import digest
 from mvreg.testing.views import (
     blob_views,
     degenerate_views,
@@ -168,13 +170,58 @@ def test_nothing_depends_on_the_model_frame():
         assert moved.scans[name].balance == pytest.approx(scan.balance, abs=0.01)
 
 
-def test_a_library_user_may_pass_scans():
+def method() -> Method:
+    """Stages for small scans, and the strategy and adjustment of a named method."""
+    named = mvreg.load_method("fcpma")
+    return replace(named, pipeline=pipeline())
+
+
+def test_what_was_registered_is_not_prepared_again(monkeypatch):
     scans = blob_scans(3)
-    found = mvreg.assess(result(), scans)
-    assert found.scans["blob_1"].grade is Grade.green
-    assert found.scans == mvreg.assess(result(), list(scans.scans)).scans
-    with pytest.raises(InputError, match="blob_2, which is not among the scans"):
-        mvreg.assess(result(), list(scans.scans[:2]))
+    found = mvreg.register(scans, method())
+    assert [view.name for view in found.views] == [scan.name for scan in scans.scans]
+    expected = assess(replace(found, views=()), found.views)
+    assert "views=" not in repr(found)
+
+    def forbidden(*_):
+        raise AssertionError("prepared again")
+
+    monkeypatch.setattr(mvreg.Pipeline, "prepare", forbidden)
+    copies = [replace(scan, points=scan.points.copy()) for scan in scans.scans]
+    for given in ((), (scans,), (copies,)):
+        again = mvreg.assess(found, *given)
+        assert (again.scans, again.links) == (expected.scans, expected.links)
+
+
+def test_a_result_is_assessed_by_the_views_of_its_own_method():
+    scans = blob_scans(3)
+    changes = {"downsample": "voxel"}
+    found = mvreg.register(scans, "fcpma", changes=changes)
+    assert digest(found.views) == digest(tuple(mvreg.prepare(scans, "fcpma", changes=changes)))
+    others = mvreg.prepare(scans)
+    assert [len(view.points) for view in others] != [len(view.points) for view in found.views]
+    assert mvreg.assess(found, scans).tolerance == mvreg.assess(found, found.views).tolerance
+    assert mvreg.assess(found, scans).tolerance != mvreg.assess(found, others).tolerance
+
+
+def test_prepared_scans_are_those_that_register_makes():
+    found = mvreg.register(blob_scans(3), method(), rng=3)
+    assert digest(tuple(mvreg.prepare(blob_scans(3), method(), rng=3))) == digest(found.views)
+
+
+def test_scans_that_are_not_those_of_the_result_are_refused():
+    scans = blob_scans(3)
+    own = result(views=blob_views())
+    assert mvreg.assess(own, scans).scans["blob_1"].grade is Grade.green
+    moved = [scan.moved(se3.exp(np.full(6, 0.1))) for scan in scans.scans]
+    with pytest.raises(InputError, match=r"blob_0 is not one .*mvreg\.prepare"):
+        mvreg.assess(own, moved)
+    with pytest.raises(InputError, match=r"has none.*mvreg\.prepare"):
+        mvreg.assess(result(), scans)
+    with pytest.raises(InputError, match=r"places blob_0, blob_1, blob_2.*mvreg\.prepare"):
+        mvreg.assess(result())
+    with pytest.raises(InputError, match=r"places blob_2, which is not among"):
+        mvreg.assess(result(), blob_views()[:2])
 
 
 @pytest.mark.parametrize("kind", sorted(degenerate_views()))

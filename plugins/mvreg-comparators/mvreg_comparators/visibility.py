@@ -16,8 +16,8 @@ import numpy as np
 
 from mvreg.errors import InputError
 from mvreg.geometry import se3
-from mvreg.stages.judge.residual import ResidualJudge, looseness
-from mvreg.surface.range_image import RangeImage, Sensor
+from mvreg.stages import ResidualJudge
+from mvreg.surface import RangeImage, Sensor, looseness
 from mvreg.types import Array, Registration, Verdict, View, ViewGraph
 
 #: A view, and what its sensor saw; None where nothing is known of that.

@@ -6,8 +6,8 @@ from mvreg_comparators.visibility import Sight, Visibility, VisibilityJudge
 
 import mvreg
 from mvreg.geometry import se3
-from mvreg.stages.refine.trimmed import TrimmedICP
-from mvreg.surface.range_image import RangeImage, Sensor, estimated_direction
+from mvreg.stages import TrimmedICP
+from mvreg.surface import RangeImage, Sensor, estimated_direction
 from mvreg.testing import JudgeContract, blob_views, overlap
 from mvreg.types import Features, Model, Scale, Scan, View
 

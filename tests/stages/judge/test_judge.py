@@ -11,9 +11,8 @@ from mvreg.stages.judge.residual import (
     TmseJudge,
     TmseSurfaceJudge,
     Units,
-    stability,
-    surface_fit,
 )
+from mvreg.surface.fit import stability, surface_fit
 from mvreg.testing.views import graph_of, overlap, plain_view, registration
 from mvreg.types import Scale, ViewGraph
 
