@@ -262,7 +262,11 @@ class Pipeline(Protocol):
 
 
 class Strategy(Protocol):
-    """The outer loop: which pairs to register, in which order, and what to make of them."""
+    """The outer loop: which pairs to register, in which order, and what to make of them.
+
+    A parameter ``levels`` that is a list of mappings holds parameters of the other stages, by their
+    dotted names: when a configuration is composed, what the user sets is taken out of them.
+    """
 
     def __call__(
         self, views: Sequence[View], pipeline: Pipeline, rng: np.random.Generator
