@@ -30,7 +30,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 
 from mvreg.events import Emit
-from mvreg.evidence.pooled import Evidence, Meeting
+from mvreg.evidence.pooled import Evidence, ViewPair
 from mvreg.types import (
     Array,
     Candidates,
@@ -139,24 +139,24 @@ class Judge(Protocol):
         """Judge `registration`, given the `graph` of the pairs accepted so far.
 
         The graph holds what the strategy relies on now, in the order in which it was accepted: not
-        what was refused, nor what was taken back. Where it already leads from source to target,
+        what was refused, nor what was withdrawn. Where it already leads from source to target,
         the registration closes a loop, see `ViewGraph.loop`.
         """
 
 
 @runtime_checkable
 class JointJudge(Judge, Protocol):
-    """A judge that can weigh several view pairs together, as `mvreg.stages` has in ``evidence``."""
+    """A judge that can pool the evidence of several view pairs, as ``judge=evidence`` does."""
 
-    def together(self, pairs: Sequence[Meeting]) -> Evidence:
+    def together(self, pairs: Sequence[ViewPair]) -> Evidence:
         """Pool what `pairs` show: how probable it is that all of them are right, and why not."""
 
 
 @runtime_checkable
 class ScreeningJudge(Judge, Protocol):
-    """A judge that can tell a hopeless pose from few points, before it is refined on all."""
+    """A judge that can reject a pose early: seen on few points, before it is refined on all."""
 
-    def hopeless(
+    def rejected_early(
         self, registration: Registration, few: View, target: View, graph: ViewGraph, factor: float
     ) -> bool:
         """Whether a pose refined on `few` of the source's points scores so badly.
@@ -213,7 +213,7 @@ class Pipeline(Protocol):
         """Tells observers of an event."""
 
     def observed_by(self, emit: Emit) -> Pipeline:
-        """The same stages, telling `emit` what happens."""
+        """The same stages, reporting events to `emit`."""
 
     def with_stages(self, **stages: Any) -> Pipeline:
         """The pipeline with other stages, by kind: ``with_stages(judge=...)``.
@@ -240,7 +240,7 @@ class Pipeline(Protocol):
         graph: ViewGraph,
         rng: np.random.Generator,
         checks: Sequence[Callable[[Registration, Verdict], Verdict]] = (),
-        give_up: float = np.inf,
+        early_rejection: float = np.inf,
     ) -> tuple[Registration | None, Pair]:
         """Register a view to another or to a model; emits `PairStarted`, then `PairRegistered`.
 

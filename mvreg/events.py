@@ -1,4 +1,4 @@
-"""What happens during a run, as frozen records; observers receive them through `mvreg_event`.
+"""The events of a run, as frozen records; observers receive them through `mvreg_event`.
 
 One event per scan and per pair, never per iteration. Observers must not change what they are given.
 """

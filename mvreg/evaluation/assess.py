@@ -1,4 +1,4 @@
-"""How far the poses of a result are to be trusted, scan by scan; needs no ground truth."""
+"""Confidence and grade of every placed scan; needs no ground truth."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from typing import cast
 import numpy as np
 
 from mvreg.errors import InputError
-from mvreg.evaluation.component import Names, Weighing
+from mvreg.evaluation.component import ComponentEvidence, Names
 from mvreg.evaluation.grade import Grade, grade
 from mvreg.evaluation.records import Assessment as Assessment
 from mvreg.evaluation.records import LinkAssessment as LinkAssessment
 from mvreg.evaluation.records import ScanAssessment as ScanAssessment
 from mvreg.evaluation.records import Uncertainty as Uncertainty
-from mvreg.evidence.pooled import weigh
+from mvreg.evidence.pooled import pool_evidence
 from mvreg.parallel import in_threads
-from mvreg.surface.contact import Contact, balance_of, coarse
-from mvreg.surface.overlap import asked
+from mvreg.surface.contact import Contact, axis_strength, surface_spacing
+from mvreg.surface.overlap import sampled
 from mvreg.types import Array, Result, Scan, ScanSet, View
 from mvreg.types.scan import as_scans
 
@@ -29,7 +29,7 @@ TOLERANCE = 0.5
 #: resolutions added to the Bunny and the Dragon 81 to 89 per cent are within, at their true poses.
 NOISES = 2.0
 #: Pairs of which neither scan has so much of its points on the other tell too little to be listed.
-LEAST_OVERLAP = 0.1
+LEAST_CONTACT_RATIO = 0.1
 
 
 #: What `assess` may be given of what was registered.
@@ -62,7 +62,10 @@ def assess(result: Result, views: Given | None = None) -> Assessment:
     """
     prepared = _prepared(result, views)
     models = (result.poses, *result.components)
-    parts = [Weighing.of(number, poses, prepared) for number, poses in enumerate(models, start=1)]
+    parts = [
+        ComponentEvidence.of(number, poses, prepared)
+        for number, poses in enumerate(models, start=1)
+    ]
     tolerance = _tolerance(parts)
     scans: dict[str, ScanAssessment] = {}
     for part in parts:
@@ -104,28 +107,34 @@ def _check_same(scans: Sequence[Scan], views: Sequence[View]) -> None:
             )
 
 
-def _tolerance(parts: Sequence[Weighing]) -> float:
+def _tolerance(parts: Sequence[ComponentEvidence]) -> float:
     """How far apart surfaces may be that lie on each other (resolutions)."""
     noise = [each.noise for part in parts for each in part.evidence.values() if each.points]
     return max(TOLERANCE, NOISES * float(np.median(noise))) if noise else TOLERANCE
 
 
-def _links(part: Weighing) -> list[LinkAssessment]:
+def _links(part: ComponentEvidence) -> list[LinkAssessment]:
     """The pairs that overlap enough, each weighed by itself."""
-    sides: dict[Names, list[Contact]] = {pair: [] for pair in part.meetings}
+    sides: dict[Names, list[Contact]] = {pair: [] for pair in part.view_pairs}
     for contact in part.contacts:
         pair = contact.source.name, contact.target.name
         sides[pair if pair in sides else pair[::-1]].append(contact)
-    overlaps = {pair: max(side.overlap for side in both) for pair, both in sides.items()}
-    chosen = [pair for pair, overlap in overlaps.items() if overlap >= LEAST_OVERLAP]
-    weighed = in_threads(weigh, [[part.meetings[pair]] for pair in chosen])
+    contact_ratios = {
+        pair: max(side.contact_ratio for side in both) for pair, both in sides.items()
+    }
+    chosen = [pair for pair, ratio in contact_ratios.items() if ratio >= LEAST_CONTACT_RATIO]
+    weighed = in_threads(pool_evidence, [[part.view_pairs[pair]] for pair in chosen])
     return [
-        LinkAssessment(*pair, part.number, overlaps[pair], _rms(sides[pair]), evidence.probability)
+        LinkAssessment(
+            *pair, part.number, contact_ratios[pair], _rms(sides[pair]), evidence.probability
+        )
         for pair, evidence in zip(chosen, weighed, strict=True)
     ]
 
 
-def _scan(view: View, part: Weighing, tolerance: float, covariance: Array | None) -> ScanAssessment:
+def _scan(
+    view: View, part: ComponentEvidence, tolerance: float, covariance: Array | None
+) -> ScanAssessment:
     """A scan by its contacts with all others, and by what they show together."""
     pose, evidence, own = (
         part.poses[view.name], part.evidence[view.name], part.contacts_of(view.name),
@@ -134,18 +143,20 @@ def _scan(view: View, part: Weighing, tolerance: float, covariance: Array | None
     if not own:
         alone = None if len(part.poses) == 1 else Grade.red
         return ScanAssessment(
-            view.name, part.number, alone, None, "touches no other scan", 0.0, None, None,
+            view.name, part.number, alone, None, "not in contact with any other scan", 0.0, None,
+            None,
             (0.0, 0.0, 0.0), uncertainty,
         )  # fmt: skip
-    met = np.logical_or.reduce([contact.met for contact in own])
-    balance = balance_of(view.normals[asked(view)][met])
-    near = [contact.heights <= tolerance * coarse(contact.target) for contact in own]
-    overlap, within = float(met.mean()), float(np.concatenate(near).mean())
+    in_contact = np.logical_or.reduce([contact.in_contact for contact in own])
+    strength = axis_strength(view.normals[sampled(view)][in_contact])
+    near = [contact.heights <= tolerance * surface_spacing(contact.target) for contact in own]
+    coverage, inlier_ratio = float(in_contact.mean()), float(np.concatenate(near).mean())
     known = None if evidence.ambiguous else evidence.probability
-    colour = grade(known, overlap, within, min(balance))
+    colour = grade(known, coverage, inlier_ratio, min(strength))
     return ScanAssessment(
-        view.name, part.number, colour, evidence.probability, evidence.reason, overlap, within,
-        _rms(own), balance, uncertainty,
+        view.name, part.number, colour, evidence.probability, evidence.reason, coverage,
+        inlier_ratio,
+        _rms(own), strength, uncertainty,
     )  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""Surfaces sampled by points: normals, fit of registrations, and what a sensor saw of them.
+"""Surfaces sampled by points: normals, spacing, contact, and what a sensor saw of them.
 
 Public are the names below; the modules of this package may change.
 """
@@ -9,9 +9,9 @@ from mvreg._lazy import looked_up
 
 if TYPE_CHECKING:
     from mvreg.surface.fit import length_read_as_one as length_read_as_one
-    from mvreg.surface.fit import looseness as looseness
-    from mvreg.surface.fit import stability as stability
+    from mvreg.surface.fit import localizability as localizability
     from mvreg.surface.fit import surface_fit as surface_fit
+    from mvreg.surface.fit import underconstrained as underconstrained
     from mvreg.surface.normals import Orient as Orient
     from mvreg.surface.normals import estimate_normals as estimate_normals
     from mvreg.surface.normals import orient as orient
@@ -26,9 +26,9 @@ _WHERE = {
     "estimate_normals": "normals",
     "estimated_direction": "sensor_direction",
     "length_read_as_one": "fit",
-    "looseness": "fit",
+    "underconstrained": "fit",
     "orient": "normals",
-    "stability": "fit",
+    "localizability": "fit",
     "surface_fit": "fit",
 }
 

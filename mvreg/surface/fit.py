@@ -1,4 +1,4 @@
-"""Measures of a registration by its trimmed pairs: residual, agreement of normals, stability."""
+"""Measures of a registration by its trimmed pairs: residual, normals, localizability."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ def surface_fit(registration: Registration, source: View, target: View) -> tuple
     return float(residual) / (source.scale.resolution or 1.0), float(cosine.mean())
 
 
-def stability(registration: Registration, source: View, target: View) -> float:
-    """How firmly the trimmed pairs hold the source in place, whatever way it is pushed.
+def localizability(registration: Registration, source: View, target: View) -> float:
+    """How well the trimmed pairs constrain the source in its least constrained direction.
 
     The smallest eigenvalue of the mean of ``J^T J``, ``J = [p x n, n]``, with the points p about
     their centre and in units of their root mean square radius: 0 where a sphere, a cylinder or a
@@ -66,12 +66,12 @@ def stability(registration: Registration, source: View, target: View) -> float:
     return max(float(smallest), 0.0)  # rounding may leave it below
 
 
-def looseness(
+def underconstrained(
     registration: Registration,
     source: View,
     target: View,
     min_overlap: float,
-    min_stability: float,
+    min_localizability: float,
 ) -> str | None:
     """Why the trimmed pairs do not hold the source well enough, None where they do.
 
@@ -81,8 +81,8 @@ def looseness(
         As a judge is given them.
     min_overlap : float
         Smallest share of the source that is kept.
-    min_stability : float
-        See `stability`.
+    min_localizability : float
+        See `localizability`.
 
     Returns
     -------
@@ -91,7 +91,7 @@ def looseness(
     """
     if registration.overlap < min_overlap:
         return f"overlap below {min_overlap:g}"
-    if stability(registration, source, target) < min_stability:
+    if localizability(registration, source, target) < min_localizability:
         return "ambiguous: the overlap can slide along itself"
     return None
 

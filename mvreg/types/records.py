@@ -1,4 +1,4 @@
-"""The records that stages hand to each other: matches, candidates, registrations, results.
+"""The records that stages exchange: matches, candidates, registrations, results.
 
 Public as part of `mvreg.types`.
 """
@@ -61,7 +61,7 @@ class Registration:
     `overlap` is the fraction of source points kept (xi), `trimmed_mse` the mean of their squared
     distances (length^2), `objective` what the refinement minimised; `pairs` (P, 2) are indices of
     source and target points under `T_target_source`, `distances` (P,) their lengths, and
-    `trim_distance` the largest length kept. `rivals` (R, 4, 4) are the other poses that were
+    `trim_distance` the largest length kept. `alternatives` (R, 4, 4) are the other poses that were
     considered for the pair, refined on few points, best first.
     """
 
@@ -76,7 +76,7 @@ class Registration:
     trim_distance: float
     iterations: int
     converged: bool
-    rivals: Array = field(default_factory=lambda: np.empty((0, 4, 4)))
+    alternatives: Array = field(default_factory=lambda: np.empty((0, 4, 4)))
 
 
 @dataclass(frozen=True)

@@ -122,7 +122,7 @@ class ScanSet:
     frame of its own: poses of different objects do not compare, and a result that puts two of
     them into one frame is wrong. None where all scans are of one object.
     `motions` maps the names of scans that were moved since they were read to ``T_scan_read``
-    (4, 4): errors are told for the frames that the files have.
+    (4, 4): errors are reported for the frames that the files have.
     """
 
     name: str

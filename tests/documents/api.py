@@ -16,7 +16,7 @@ PUBLIC = (
 #: What has no docstring of its own.
 VALUES = {
     "Array": "Array of float64.",
-    "Emit": "A function that is told an event.",
+    "Emit": "A function that takes an event.",
     "Event": "Any of the events.",
     "Flags": "Array of truth values.",
     "Indices": "Array of integers that index others.",

@@ -83,8 +83,8 @@ def cases():
         "evidence.look": (
             evidence.look, (*sight, np.zeros(3), 4.0, motion, 0.5, 0.5, True, m["rays"], 4, 0.1),
         ),
-        "evidence.may_meet": (
-            evidence.may_meet, (up, 1.0, m["rays"], up, 1.0, m["rays"], motion, 0.5),
+        "evidence.may_overlap": (
+            evidence.may_overlap, (up, 1.0, m["rays"], up, 1.0, m["rays"], motion, 0.5),
         ),
         "overlap.touch": (overlap.touch, (*sight, motion, 0.5, 0.5)),
         "overlap.box": (overlap.box, (points, motion)),

@@ -1,4 +1,4 @@
-"""Judge whether a registration can be relied on."""
+"""Judge a registration by its residual: Eq. (7) of the paper, and point-to-plane criteria."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from enum import Enum
 
 import numpy as np
 
-from mvreg.surface.fit import length_read_as_one, looseness, surface_fit
+from mvreg.surface.fit import length_read_as_one, surface_fit, underconstrained
 from mvreg.types import Registration, Verdict, View, ViewGraph
 
 
@@ -28,7 +28,7 @@ class ResidualJudge(ABC):
     ) -> Verdict:
         """Judge `registration`, see `mvreg.contracts.Judge`."""
 
-    def hopeless(
+    def rejected_early(
         self, registration: Registration, few: View, target: View, graph: ViewGraph, factor: float
     ) -> bool:
         """Whether a pose scores worse than `factor` thresholds on `few` of the points."""
@@ -104,15 +104,15 @@ class PointToPlaneJudge(ResidualJudge):
         Smallest mean cosine between paired normals.
     min_overlap : float
         As in `TmseJudge`.
-    min_stability : float
-        Of the trimmed pairs, see `stability`. Two caps of a sphere have 0.0003, pairs of the Bunny
-        0.02 and more.
+    min_localizability : float
+        Of the trimmed pairs, see `localizability`. Two caps of a sphere have 0.0003, pairs of the
+        Bunny 0.02 and more.
     """
 
     max_residual: float = 0.5
     min_agreement: float = 0.8
     min_overlap: float = 0.0
-    min_stability: float = 0.003
+    min_localizability: float = 0.003
 
     def __call__(
         self,
@@ -127,8 +127,10 @@ class PointToPlaneJudge(ResidualJudge):
             reason = "point-to-plane residual too large"
         elif agreement < self.min_agreement:
             reason = "normals disagree"
-        elif loose := looseness(registration, source, target, self.min_overlap, self.min_stability):
-            reason = loose
+        elif weak := underconstrained(
+            registration, source, target, self.min_overlap, self.min_localizability
+        ):
+            reason = weak
         else:
             return Verdict(True, residual, self.max_residual, reason)
         return Verdict(False, residual, self.max_residual, reason)
@@ -146,13 +148,13 @@ class TmseSurfaceJudge(TmseJudge):
     ----------
     resolution_factor, mean_factor, min_overlap, units, reference_resolution
         As in `TmseJudge`.
-    max_residual, min_agreement, min_stability : float
+    max_residual, min_agreement, min_localizability : float
         As in `PointToPlaneJudge`.
     """
 
     max_residual: float = 0.5
     min_agreement: float = 0.8
-    min_stability: float = 0.003
+    min_localizability: float = 0.003
 
     def __call__(
         self,
@@ -163,7 +165,7 @@ class TmseSurfaceJudge(TmseJudge):
     ) -> Verdict:
         printed = super().__call__(registration, source, target, graph)
         surface = PointToPlaneJudge(
-            self.max_residual, self.min_agreement, min_stability=self.min_stability
+            self.max_residual, self.min_agreement, min_localizability=self.min_localizability
         )
         verdict = surface(registration, source, target, graph)
         if not printed.reliable or verdict.reliable:

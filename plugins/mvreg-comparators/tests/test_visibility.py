@@ -140,7 +140,7 @@ def test_each_reason_to_refuse():
 
     assert reason(min_visible=0.99) == "too little is seen by both"
     assert reason(min_overlap=0.99) == "overlap below 0.99"
-    assert "slide" in reason(min_stability=1.0)
+    assert "slide" in reason(min_localizability=1.0)
 
 
 def test_a_plane_that_slides_along_another_is_refused():

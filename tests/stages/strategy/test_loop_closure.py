@@ -9,7 +9,7 @@ from mvreg import events
 from mvreg.geometry import se3
 from mvreg.stages.judge.evidence import EvidenceJudge
 from mvreg.stages.refine.trimmed import TrimmedICP
-from mvreg.stages.strategy.best_first import strategy
+from mvreg.stages.strategy.best_first import joint_verdict, strategy
 from mvreg.stages.strategy.best_first.loop_closure import CERTAIN
 from mvreg.stages.strategy.best_first.strategy import BestFirst
 from mvreg.testing import blob_scans, blob_views, pipeline
@@ -63,8 +63,11 @@ class Gullible(EvidenceJudge):
         return Verdict(not open_loop, 0.0, 1.0, why, self.confidence, {}, open_loop)
 
     def together(self, pairs):
-        return replace(super().together(pairs), overlap=1.0, residual=0.0, agreement=1.0,
-                       violation=0.0, stability=1.0, pull=0.0, points=10000)  # fmt: skip
+        found = super().together(pairs)
+        return replace(
+            found, surface_overlap=1.0, residual=0.0, agreement=1.0, violation=0.0,
+            localizability=1.0, residual_step=0.0, points=10000,
+        )  # fmt: skip
 
 
 LOOPS: list[bool] = []
@@ -72,9 +75,10 @@ LOOPS: list[bool] = []
 
 @pytest.fixture(autouse=True)
 def promised(monkeypatch):
-    monkeypatch.setattr(strategy, "promise", lambda *_: PROMISES.copy())
+    monkeypatch.setattr(strategy, "overlap_scores", lambda *_: PROMISES.copy())
     monkeypatch.setattr(
-        "mvreg.stages.strategy.best_first.joint_verdict.turned", lambda *_: np.empty((0, 4, 4))
+        "mvreg.stages.strategy.best_first.joint_verdict.symmetry_hypotheses",
+        lambda *_: np.empty((0, 4, 4)),
     )
     LOOPS.clear()
 
