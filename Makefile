@@ -52,8 +52,9 @@ coverage: $(stamp) ## The tests of `make test` again, saying which lines of mvre
 	@echo '==> coverage'
 	@$(python) -m pytest -n 2 --tier test --cov --cov-report=term:skip-covered
 
-docs: $(stamp) ## Put the code that the documents include into them again
+docs: $(stamp) ## Put the code that the documents include into them again, and list what is public
 	@$(python) tests/documents/include.py
+	@$(python) tests/documents/api.py
 
 clean: ## Remove the environment and what tools left behind; keep runs
 	rm -rf $(VENV) build dist *.egg-info plugins/*/*.egg-info

@@ -9,8 +9,9 @@
 Names are looked up when they are first used, so that importing mvreg stays cheap.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from mvreg._lazy import looked_up
 
 if TYPE_CHECKING:
     from mvreg._open3d import load_open3d as load_open3d
@@ -18,11 +19,14 @@ if TYPE_CHECKING:
     from mvreg.errors import MvregError as MvregError
     from mvreg.errors import PluginError as PluginError
     from mvreg.evaluation.assess import assess as assess
+    from mvreg.evaluation.pose_errors import PoseErrors as PoseErrors
+    from mvreg.evaluation.pose_errors import pose_errors as pose_errors
     from mvreg.pipeline import Pipeline as Pipeline
     from mvreg.plugins.hookspecs import hookimpl as hookimpl
     from mvreg.run import Method as Method
     from mvreg.run import dataset as dataset
     from mvreg.run import load_method as load_method
+    from mvreg.run import prepare as prepare
     from mvreg.run import register as register
     from mvreg.types import Result as Result
     from mvreg.types import Scan as Scan
@@ -34,6 +38,7 @@ _WHERE = {
     "MvregError": "errors",
     "Pipeline": "pipeline",
     "PluginError": "errors",
+    "PoseErrors": "evaluation.pose_errors",
     "Result": "types",
     "Scan": "types",
     "ScanSet": "types",
@@ -42,19 +47,10 @@ _WHERE = {
     "hookimpl": "plugins.hookspecs",
     "load_method": "run",
     "load_open3d": "_open3d",
+    "pose_errors": "evaluation.pose_errors",
+    "prepare": "run",
     "register": "run",
 }
 
 __all__ = sorted(_WHERE)
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _WHERE:
-        raise AttributeError(f"module 'mvreg' has no attribute {name!r}")
-    value = getattr(import_module(f"mvreg.{_WHERE[name]}"), name)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return __all__
+__getattr__, __dir__ = looked_up(__name__, _WHERE)

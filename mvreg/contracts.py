@@ -3,6 +3,23 @@
 Stages are pure: no globals, no logging, no printing, and randomness only through `rng`. "No
 candidate" is an empty `Candidates`, "found but doubtful" a `Verdict`; exceptions are for wrong
 input. `mvreg.testing` has a contract suite for each kind.
+
+What holds for all of them:
+
+- Arrays are shared between records, may be read-only, and must not be written to.
+- A view may have no point, one, or all in one place, and no keypoint; so may the model.
+- Same arguments and same random numbers, same answer to the last bit, whatever the number of
+  threads. Who calls several times with randomness spawns a generator per call from its own,
+  in a fixed order: ``rng.spawn(1)[0]``.
+- `describe` and `refine` are called from several threads at once. The order of the answers, and of
+  the events, is that of the input.
+
+A run emits, in this order: `RunStarted` (the command line only); a `ViewPrepared` per scan, in
+their order; what the strategy makes of them; `AdjustStarted`; `RunFinished` (the command line
+only). In the strategy's part a `PairStarted` is followed by its `PairRegistered`, and a pair that
+is registered to check the first stands between the two; growing a model
+begins with `ReferenceChosen` and has a `ViewPlaced` after each pair that is accepted. `Pipeline`
+emits all of these but the first and the last two; a stage emits by its methods only.
 """
 
 from __future__ import annotations
@@ -13,7 +30,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 
 from mvreg.events import Emit
-from mvreg.evidence.pooled import Evidence, Meeting
+from mvreg.evidence.pooled import Evidence, ViewPair
 from mvreg.types import (
     Array,
     Candidates,
@@ -30,6 +47,23 @@ from mvreg.types import (
     View,
     ViewGraph,
 )
+
+__all__ = [
+    "KINDS",
+    "Adjust",
+    "Augment",
+    "Dataset",
+    "Describe",
+    "Downsample",
+    "JointJudge",
+    "Judge",
+    "Pipeline",
+    "Propagate",
+    "Refine",
+    "ScreeningJudge",
+    "Seed",
+    "Strategy",
+]
 
 
 class Dataset(Protocol):
@@ -55,14 +89,18 @@ class Describe(Protocol):
     """Gives every keypoint a descriptor that does not change under rigid motion."""
 
     def __call__(self, scan: Scan, keypoints: Array, spacing: float) -> Features:
-        """Describe `keypoints` (K, 3) of the scan; those that cannot be described are left out."""
+        """Describe `keypoints` (K, 3) of the scan; those that cannot be described are left out.
+
+        The rest keeps its order. The number of scales L and of descriptors' entries D must not
+        depend on the scan. Called from several threads.
+        """
 
 
 class Seed(Protocol):
     """Proposes matches by descriptor alone."""
 
     def __call__(self, source: View, target: View) -> Matches:
-        """Return seed matches, best first; may be empty."""
+        """Return seed matches, by ascending distance; may be empty."""
 
 
 class Propagate(Protocol):
@@ -71,14 +109,21 @@ class Propagate(Protocol):
     def __call__(
         self, source: View, target: View, seeds: Matches, rng: np.random.Generator
     ) -> Candidates:
-        """Return candidate poses ``T_target_source``, best first; may be empty."""
+        """Return candidate poses ``T_target_source`` (C, 4, 4), by ascending score; may be empty.
+
+        `seeds` may be empty, or have been made by any other stage.
+        """
 
 
 class Refine(Protocol):
     """Makes a coarse pose accurate."""
 
     def __call__(self, source: View, target: View, T_init: Array) -> Registration:
-        """Return the pose near `T_init` (4, 4) that fits the source to the target best."""
+        """Return the pose near `T_init` (4, 4) that fits the source to the target best.
+
+        It rests on one pair at least; the order of `pairs` is free. `Pipeline.register` calls it
+        from several threads, first on few points of the source, and compares the objectives.
+        """
 
 
 class Judge(Protocol):
@@ -94,24 +139,24 @@ class Judge(Protocol):
         """Judge `registration`, given the `graph` of the pairs accepted so far.
 
         The graph holds what the strategy relies on now, in the order in which it was accepted: not
-        what was refused, nor what was taken back. Where it already leads from source to target,
+        what was refused, nor what was withdrawn. Where it already leads from source to target,
         the registration closes a loop, see `ViewGraph.loop`.
         """
 
 
 @runtime_checkable
 class JointJudge(Judge, Protocol):
-    """A judge that can weigh several view pairs together, as `mvreg.stages` has in ``evidence``."""
+    """A judge that can pool the evidence of several view pairs, as ``judge=evidence`` does."""
 
-    def together(self, pairs: Sequence[Meeting]) -> Evidence:
+    def together(self, pairs: Sequence[ViewPair]) -> Evidence:
         """Pool what `pairs` show: how probable it is that all of them are right, and why not."""
 
 
 @runtime_checkable
 class ScreeningJudge(Judge, Protocol):
-    """A judge that can tell a hopeless pose from few points, before it is refined on all."""
+    """A judge that can reject a pose early: seen on few points, before it is refined on all."""
 
-    def hopeless(
+    def rejected_early(
         self, registration: Registration, few: View, target: View, graph: ViewGraph, factor: float
     ) -> bool:
         """Whether a pose refined on `few` of the source's points scores so badly.
@@ -130,34 +175,63 @@ class Augment(Protocol):
 
 
 class Pipeline(Protocol):
-    """The stages of a pair, and what a strategy or an adjustment may ask of them.
+    """The stages that a strategy and an adjustment work with; `mvreg.Pipeline` is the one there is.
 
-    `mvreg.Pipeline` is the implementation. It tells observers what happens: a strategy that
-    registers, extends, places and revises by these methods need not.
+    Its methods call the stages and tell the observers: who calls a stage by itself tells no one.
     """
 
     @property
-    def downsample(self) -> Downsample: ...
+    def downsample(self) -> Downsample:
+        """Thins the scans out."""
+
     @property
-    def describe(self) -> Describe: ...
+    def describe(self) -> Describe:
+        """Describes their keypoints."""
+
     @property
-    def seed(self) -> Seed: ...
+    def seed(self) -> Seed:
+        """Proposes matches."""
+
     @property
-    def propagate(self) -> Propagate: ...
+    def propagate(self) -> Propagate:
+        """Makes candidate poses of them."""
+
     @property
-    def refine(self) -> Refine: ...
+    def refine(self) -> Refine:
+        """Makes a pose accurate."""
+
     @property
-    def judge(self) -> Judge: ...
+    def judge(self) -> Judge:
+        """Says whether it can be relied on."""
+
     @property
-    def augment(self) -> Augment: ...
+    def augment(self) -> Augment:
+        """Merges a view into the model."""
+
     @property
-    def emit(self) -> Emit: ...
+    def emit(self) -> Emit:
+        """Tells observers of an event."""
+
+    def observed_by(self, emit: Emit) -> Pipeline:
+        """The same stages, reporting events to `emit`."""
 
     def with_stages(self, **stages: Any) -> Pipeline:
-        """The pipeline with other stages, by kind."""
+        """The pipeline with other stages, by kind: ``with_stages(judge=...)``.
+
+        Raises InputError for a name that is no kind of stage in a pipeline.
+        """
 
     def with_parameters(self, changes: Mapping[str, Any]) -> Pipeline:
-        """The pipeline with some stages' parameters replaced, by dotted names."""
+        """The pipeline with stages' parameters replaced by dotted names, ``judge.min_overlap``.
+
+        Raises InputError for what is no parameter of any registered stage.
+        """
+
+    def prepare(self, scans: Sequence[Scan], rng: np.random.Generator) -> list[View]:
+        """Return a view per scan, in the order of `scans`; emits a `ViewPrepared` for each.
+
+        Raises InputError for fewer than two scans, or two of one name.
+        """
 
     def register(
         self,
@@ -166,30 +240,42 @@ class Pipeline(Protocol):
         graph: ViewGraph,
         rng: np.random.Generator,
         checks: Sequence[Callable[[Registration, Verdict], Verdict]] = (),
-        give_up: float = np.inf,
+        early_rejection: float = np.inf,
     ) -> tuple[Registration | None, Pair]:
-        """Register one view to another, or to the model (Algorithm 1)."""
+        """Register a view to another or to a model; emits `PairStarted`, then `PairRegistered`.
+
+        The registration is None if there was no candidate; the verdict is in the pair. `checks`
+        have the last word, in turn.
+        """
 
     def begin(self, reference: View) -> Model:
-        """Begin a model with a view, whose frame is the model's."""
+        """Begin a model with a view, whose frame is the model's; emits `ReferenceChosen`."""
 
     def extend(self, model: Model, source: View, registration: Registration) -> Model:
-        """Merge a view into the model."""
+        """Merge a view into the model; emits `ViewPlaced` with the model."""
 
     def revise(self, result: Result) -> None:
-        """Tell observers of all the poses at once, instead of those told before."""
+        """Emit `PosesRevised`: all the poses at once, instead of those told before."""
 
     def place(self, view: View, T_model_scan: Array) -> None:
-        """Tell observers of a pose that needs no merging, as in a tree of scans."""
+        """Emit `ViewPlaced` without a model, for a pose (4, 4) that needs no merging."""
 
 
 class Strategy(Protocol):
-    """The outer loop: which pairs to register, in which order, and what to make of them."""
+    """The outer loop: which pairs to register, in which order, and what to make of them.
+
+    A parameter ``levels`` that is a list of mappings holds parameters of the other stages, by their
+    dotted names: when a configuration is composed, what the user sets is taken out of them.
+    """
 
     def __call__(
         self, views: Sequence[View], pipeline: Pipeline, rng: np.random.Generator
     ) -> Result:
-        """Place as many of `views` as can be placed."""
+        """Place as many of `views` as can be placed.
+
+        Every view is in exactly one of `Result.poses`, a component and `unregistered`; the order
+        of `poses` is free, `pairs` are in the order in which they were tried.
+        """
 
 
 class Adjust(Protocol):

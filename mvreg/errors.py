@@ -4,6 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+__all__ = [
+    "InputError",
+    "MvregError",
+    "PluginError",
+    "check_ascending",
+    "check_positive",
+]
+
 
 class MvregError(Exception):
     """Base of every error that a person can act on; its text is one clear message."""

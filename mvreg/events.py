@@ -1,4 +1,4 @@
-"""What happens during a run, as frozen records; observers receive them through `mvreg_event`.
+"""The events of a run, as frozen records; observers receive them through `mvreg_event`.
 
 One event per scan and per pair, never per iteration. Observers must not change what they are given.
 """
@@ -10,6 +10,21 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from mvreg.types import Array, Candidates, Matches, Model, Pair, Registration, Result, ScanSet, View
+
+__all__ = [
+    "AdjustStarted",
+    "Emit",
+    "Event",
+    "PairRegistered",
+    "PairStarted",
+    "PosesRevised",
+    "ReferenceChosen",
+    "RunFinished",
+    "RunStarted",
+    "ViewPlaced",
+    "ViewPrepared",
+    "ignore",
+]
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Independent work on all cores; the answers come in order and do not depend on how many."""
+"""Independent work on all cores; the results come in order and do not depend on their number."""
 
 from __future__ import annotations
 

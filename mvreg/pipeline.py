@@ -1,4 +1,4 @@
-"""The stages put together: prepare scans, register a pair (Algorithm 1), grow a model."""
+"""The stages put together: prepare scans, register a pair (Algorithm 1), extend a model."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def timed(seconds: dict[str, float], stage: str) -> Iterator[None]:
 
 @dataclass(frozen=True)
 class Pipeline:
-    """The stages that a strategy works with; `emit` is told what happens."""
+    """The stages that a strategy works with; `emit` receives the events."""
 
     downsample: contracts.Downsample
     describe: contracts.Describe
@@ -55,11 +55,23 @@ class Pipeline:
     emit: events.Emit = events.ignore
 
     def observed_by(self, emit: events.Emit) -> Pipeline:
-        """The pipeline, telling `emit` what happens."""
+        """The pipeline with `emit` as the receiver of its events."""
         return replace(self, emit=emit)
 
     def with_stages(self, **stages: Any) -> Pipeline:
-        """The pipeline with other stages, by kind."""
+        """The pipeline with other stages, by kind: ``with_stages(judge=TmseJudge())``.
+
+        Raises
+        ------
+        InputError
+            For a name that is no kind of stage in a pipeline.
+        """
+        unknown = sorted(set(stages) - set(STAGES))
+        if unknown:
+            raise InputError(
+                f"cannot exchange {', '.join(unknown)}: expected kinds of stage; options: "
+                f"{', '.join(STAGES)}"
+            )
         return replace(self, **stages)
 
     def with_parameters(self, changes: Mapping[str, Any]) -> Pipeline:
@@ -124,13 +136,13 @@ class Pipeline:
         graph: ViewGraph,
         rng: np.random.Generator,
         checks: Sequence[Callable[[Registration, Verdict], Verdict]] = (),
-        give_up: float = np.inf,
+        early_rejection: float = np.inf,
     ) -> tuple[Registration | None, Pair]:
         """Register one view to another, or to the model (Algorithm 1).
 
-        `checks` have the last word, in turn: a strategy may know of what the judge is not shown.
-        A pose that the judge, shown few of the points, scores worse than `give_up` times its
-        threshold is not refined on all of them, see `contracts.ScreeningJudge`.
+        `checks` may overrule the verdict, in turn: a strategy may know what the judge is not shown.
+        A pose that the judge, shown few of the points, scores worse than `early_rejection` times
+        its threshold is not refined on all of them, see `contracts.ScreeningJudge`.
 
         Returns
         -------
@@ -140,11 +152,11 @@ class Pipeline:
             What is to be remembered of it, the verdict included.
         """
 
-        def hopeless(registration: Registration, few: View) -> bool:
+        def rejected_early(registration: Registration, subsampled: View) -> bool:
             judge = self.judge
-            if give_up == np.inf or not isinstance(judge, contracts.ScreeningJudge):
+            if early_rejection == np.inf or not isinstance(judge, contracts.ScreeningJudge):
                 return False
-            return judge.hopeless(registration, few, target, graph, give_up)
+            return judge.rejected_early(registration, subsampled, target, graph, early_rejection)
 
         self.emit(events.PairStarted(source, target))
         seconds: dict[str, float] = {}
@@ -153,7 +165,7 @@ class Pipeline:
         with timed(seconds, "propagate"):
             candidates = self.propagate(source, target, seeds, rng)
         with timed(seconds, "refine"):
-            registration = refine_best(self.refine, source, target, candidates, hopeless)
+            registration = refine_best(self.refine, source, target, candidates, rejected_early)
         if registration is None:
             verdict = Verdict(False, float("inf"), 0.0, "no candidate pose")
             pair = Pair(source.name, target.name, verdict, seconds=seconds)

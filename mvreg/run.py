@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,6 +22,7 @@ from mvreg.events import (
 from mvreg.pipeline import Pipeline
 from mvreg.plugins import manager
 from mvreg.types import Array, Result, Scan, ScanSet, View
+from mvreg.types.scan import as_scans
 
 if TYPE_CHECKING:
     from omegaconf import DictConfig
@@ -82,21 +82,6 @@ def run(
     watch.add("adjust", time.perf_counter() - before)
     watch.add("total", time.perf_counter() - start)
     return result, views, watch.seconds
-
-
-def as_scans(scans: Sequence[Scan | Array] | ScanSet) -> tuple[Scan, ...]:
-    """Scans from whatever a caller has; bare arrays (N, 3) are named by their position."""
-    if isinstance(scans, ScanSet):
-        return scans.scans
-    if isinstance(scans, str | Path):
-        raise InputError(
-            f"expected scans, got {str(scans)!r}; for files use "
-            "mvreg.dataset('folder', path=...) and register what it returns"
-        )
-    return tuple(
-        scan if isinstance(scan, Scan) else Scan(f"scan_{index:03d}", scan)
-        for index, scan in enumerate(scans)
-    )
 
 
 def load_method(name: str = "auto", changes: Mapping[str, object] | None = None) -> Method:
@@ -181,7 +166,7 @@ def register(
     Result
         `poses` maps names to ``T_model_scan`` (4, 4) in the unit of the scans, the identity for
         `reference`; `unregistered` names the scans that could not be placed. They are not in
-        `poses`.
+        `poses`. `views` are the scans as the method prepared them, for `mvreg.assess`.
 
     Raises
     ------
@@ -189,11 +174,49 @@ def register(
         For fewer than two scans, arrays that are not (N, 3) or not finite, an unknown method,
         stage or parameter.
     """
+    method, generator = _method(method, changes), _generator(rng)
+    with manager.observing(*observers):
+        result, views, _ = run(as_scans(scans), method, generator, manager.emit)
+    return replace(result, views=tuple(views))
+
+
+def prepare(
+    scans: Sequence[Scan | Array] | ScanSet,
+    method: str | Method = "auto",
+    rng: int = 0,
+    changes: Mapping[str, object] | None = None,
+) -> list[View]:
+    """Down-sample and describe scans as a method does before it registers them.
+
+    Parameters
+    ----------
+    scans : ScanSet, or sequence of Scan or of (N, 3) arrays
+    method, rng, changes
+        As in `register`, which given the same makes the same views.
+
+    Returns
+    -------
+    list of View
+        In the order of the scans.
+
+    Raises
+    ------
+    InputError
+        As `register` does.
+    """
+    method, generator = _method(method, changes), _generator(rng)
+    return method.pipeline.prepare(as_scans(scans), generator)
+
+
+def _generator(rng: int) -> np.random.Generator:
     if rng < 0:
         raise InputError(f"rng: expected a whole number, 0 or more, got {rng}")
+    return np.random.default_rng(rng)
+
+
+def _method(method: str | Method, changes: Mapping[str, object] | None) -> Method:
     if isinstance(method, str):
-        method = load_method(method, changes)
-    elif changes:
+        return load_method(method, changes)
+    if changes:
         raise InputError("changes go with a method's name; this method is put together already")
-    with manager.observing(*observers):
-        return run(as_scans(scans), method, np.random.default_rng(rng), manager.emit)[0]
+    return method

@@ -1,4 +1,4 @@
-"""The best of several candidate poses: screened on few points, refined on all."""
+"""Choose among candidate poses: screen on few points, refine the best on all."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from mvreg.types import Array, Candidates, Registration, View
 #: all of them on a few, then on more those that are no worse than so many times the best. Of Dragon
 #: in six runs that costs no attempt more than all of them on more; the best three alone cost half
 #: as many again.
-SCREENING, FEWER, HOPELESS = 8, 32, 4.0
+FINE_STEP, COARSE_STEP, MAX_OBJECTIVE_RATIO = 8, 32, 4.0
 
 
 def thinned(view: View, step: int) -> View:
@@ -27,9 +27,9 @@ def screen(
     refine: Refine, source: View, target: View, poses: Iterable[Array], step: int
 ) -> list[Registration]:
     """Refine poses on every `step`-th point of the source: the best first."""
-    few = thinned(source, step)
+    subsampled = thinned(source, step)
     _ = target.tree  # built once, before the threads ask for it
-    found = in_threads(lambda pose: refine(few, target, pose), list(poses))
+    found = in_threads(lambda pose: refine(subsampled, target, pose), list(poses))
     return sorted(found, key=lambda registration: registration.objective)
 
 
@@ -38,24 +38,24 @@ def refine_best(
     source: View,
     target: View,
     candidates: Candidates,
-    hopeless: Callable[[Registration, View], bool] = lambda registration, few: False,
+    rejected_early: Callable[[Registration, View], bool] = lambda registration, subsampled: False,
 ) -> Registration | None:
     """Refine every candidate on a few points, and the best of them on all; None for none.
 
-    `hopeless` is asked of the best of all on few points, and is shown those: if it is, it is the
-    answer, since refinement on all points would take longer than anything else. `pairs` are of all
-    points in any case.
+    `rejected_early` is asked of the best of all on few points, and is shown those: if it is, it is
+    the answer, since refinement on all points would take longer than anything else. `pairs` are of
+    all points in any case.
     """
     if not len(candidates):
         return None
-    first = screen(refine, source, target, candidates.poses, FEWER)
-    limit = HOPELESS * first[0].objective
+    first = screen(refine, source, target, candidates.poses, COARSE_STEP)
+    limit = MAX_OBJECTIVE_RATIO * first[0].objective
     left = [one.T_target_source for one in first if one.objective <= limit]
-    best, *others = screen(refine, source, target, left, SCREENING)
+    best, *others = screen(refine, source, target, left, FINE_STEP)
     others += first[len(left) :]
-    if hopeless(best, thinned(source, SCREENING)):
-        found = replace(best, pairs=best.pairs * np.array([SCREENING, 1]))
+    if rejected_early(best, thinned(source, FINE_STEP)):
+        found = replace(best, pairs=best.pairs * np.array([FINE_STEP, 1]))
     else:
         found = refine(source, target, best.T_target_source)
-    rivals = np.array([other.T_target_source for other in others]).reshape(-1, 4, 4)
-    return replace(found, rivals=rivals)
+    alternatives = np.array([other.T_target_source for other in others]).reshape(-1, 4, 4)
+    return replace(found, alternatives=alternatives)

@@ -206,3 +206,12 @@ def test_preparing_twice_is_the_same_to_the_last_bit():
     scans = blob_scans(3).scans
     first, second = (pipeline().prepare(scans, rng()) for _ in range(2))
     assert digest(first) == digest(second)
+
+
+def test_stages_are_exchanged_by_kind():
+    judge = TmseJudge(min_overlap=0.3)
+    changed = pipeline().with_stages(judge=judge)
+    assert changed.judge is judge
+    assert changed.seed == pipeline().seed
+    with pytest.raises(InputError, match=r"cannot exchange juge: .*judge"):
+        pipeline().with_stages(juge=judge)

@@ -5,7 +5,7 @@ import pytest
 
 from mvreg.errors import InputError
 from mvreg.geometry import se3
-from mvreg.screening import FEWER, SCREENING, refine_best, thinned
+from mvreg.screening import COARSE_STEP, FINE_STEP, refine_best, thinned
 from mvreg.stages.judge.residual import ResidualJudge
 from mvreg.stages.refine.trimmed import TrimmedICP
 from mvreg.stages.strategy.grow import GrowStrategy
@@ -40,7 +40,7 @@ def test_the_best_candidate_wins_wherever_it_stands_in_the_list():
         TrimmedICP(), pair.source, pair.target, candidates(pair, (170, 40), (150, 9), (2, 1))
     )
     assert se3.rotation_angle(found.T_target_source, pair.T_target_source) < np.deg2rad(2)
-    assert len(found.rivals) == 2
+    assert len(found.alternatives) == 2
     assert refine_best(TrimmedICP(), pair.source, pair.target, Candidates.none()) is None
 
 
@@ -48,8 +48,8 @@ def test_all_points_are_asked_of_one_candidate_only():
     pair = overlap()
     refine_best(Counting(), pair.source, pair.target, candidates(pair, (170, 40), (150, 9), (2, 1)))
     size = len(pair.source.points)
-    few, more = -(-size // FEWER), -(-size // SCREENING)
-    assert COUNTED[:3] == [few] * 3 and COUNTED[-1] == size
+    subsampled, more = -(-size // COARSE_STEP), -(-size // FINE_STEP)
+    assert COUNTED[:3] == [subsampled] * 3 and COUNTED[-1] == size
     assert set(COUNTED[3:-1]) == {more}
 
 
@@ -58,12 +58,12 @@ def test_what_is_hopeless_on_few_points_is_not_refined_on_all():
     shown = []
     found = refine_best(
         Counting(), pair.source, pair.target, candidates(pair, (2, 1)),
-        lambda registration, few: bool(shown.append((registration, few)) or True),
+        lambda registration, subsampled: bool(shown.append((registration, subsampled)) or True),
     )  # fmt: skip
-    (asked, few), size = shown[0], len(pair.source.points)
+    (asked, subsampled), size = shown[0], len(pair.source.points)
     assert size not in COUNTED
-    np.testing.assert_array_equal(few.points, thinned(pair.source, SCREENING).points)
-    np.testing.assert_array_equal(asked.pairs * [SCREENING, 1], found.pairs)
+    np.testing.assert_array_equal(subsampled.points, thinned(pair.source, FINE_STEP).points)
+    np.testing.assert_array_equal(asked.pairs * [FINE_STEP, 1], found.pairs)
     moved = se3.apply(found.T_target_source, pair.source.points[found.pairs[:, 0]])
     gaps = np.linalg.norm(moved - pair.target.points[found.pairs[:, 1]], axis=1)
     np.testing.assert_allclose(gaps, found.distances, atol=1e-9)
@@ -78,13 +78,15 @@ def test_the_judge_says_what_is_hopeless(score, whole):
 
     pair = overlap()
     pipe = replace(pipeline(), refine=Counting(), judge=Says())
-    pipe.register(pair.source, pair.target, ViewGraph(), np.random.default_rng(0), give_up=3.0)
+    pipe.register(
+        pair.source, pair.target, ViewGraph(), np.random.default_rng(0), early_rejection=3.0
+    )
     assert (len(pair.source.points) in COUNTED) == whole
     COUNTED.clear()
     pipe.register(pair.source, pair.target, ViewGraph(), np.random.default_rng(0))
     assert len(pair.source.points) in COUNTED
 
 
-def test_a_factor_to_give_up_at_is_positive():
-    with pytest.raises(InputError, match=r"strategy\.give_up"):
-        GrowStrategy(give_up=0.0)
+def test_the_factor_of_early_rejection_is_positive():
+    with pytest.raises(InputError, match=r"strategy\.early_rejection"):
+        GrowStrategy(early_rejection=0.0)

@@ -1,1 +1,1 @@
-"""How near poses come to the truth, and how far the truth itself can be trusted."""
+"""Accuracy of the poses, and of the ground truth itself."""

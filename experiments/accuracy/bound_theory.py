@@ -31,7 +31,7 @@ def bound(views: Sequence[View], truth: Mapping[str, Array], noise: float) -> di
     ``sum_k q_k J_k^T J_k`` less what goes into finding the surface, the Schur complement, which
     leaves ``q_i q_j / sum_k q_k`` for the gap between i and j. Summed over the samples of all
     scans, at the true poses, that is the information matrix of the joint refinement; the bound is
-    its inverse, with the first pose held fast.
+    its inverse, with the gauge fixed at the first pose.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Which scans a run placed right, which falsely, and which not: against the truth of each object.
+"""Scans correctly placed, false positives, and not placed, by the truth of each object.
 
     python -m experiments.accuracy.placements runs/experiments/orders/*
 
@@ -8,9 +8,9 @@ other components) is judged as a whole:
 
 - The scans that stand right to each other are found: same object, and a relative pose within the
   tolerance, all beside one scan of theirs. The largest such group is what the model shows.
-- The group's scans are placed **right**; every other scan of the model is placed **falsely**, be it
-  of another object or in a wrong pose. Where no two scans stand right to each other, all are false:
-  so any wrong relative pose within one model counts.
+- The group's scans are placed **correctly**; every other scan of the model is a **false
+  positive**, be it of another object or in a wrong pose. Where no two scans stand right to each
+  other, all are false: so any wrong relative pose within one model counts.
 - A scan alone in its frame stands beside nothing: it is **not placed**, as are those left over.
 """
 
@@ -80,7 +80,7 @@ class Truth:
 
 @dataclass(frozen=True)
 class Misplaced:
-    """A scan placed falsely beside others: how far off (degrees, length), or of what object."""
+    """A false positive beside other scans: how far off (degrees, length), or of what object."""
 
     scan: str
     beside: str
@@ -167,7 +167,7 @@ def judged(model: Poses, truth: Truth, tolerance: Tolerance) -> tuple[list[str],
 
 
 def main(folders: Sequence[str]) -> None:
-    """Print how many scans each run placed how, and which falsely or not."""
+    """Print how many scans each run placed how, and which are false positives or not placed."""
     from pathlib import Path
 
     from experiments.accuracy.truth import placements_of
@@ -180,9 +180,9 @@ def main(folders: Sequence[str]) -> None:
             print(f"{folder}: {run.error or 'no truth is known'}")
             continue
         counts = len(found.right), len(found.false), len(found.left)
-        print(f"{folder}: {counts[0]} right, {counts[1]} falsely, {counts[2]} not")
+        print(f"{folder}: {counts[0]} correct, {counts[1]} false positives, {counts[2]} not placed")
         for each in found.false:
-            print(f"  falsely: {each}")
+            print(f"  false positive: {each}")
         if found.left:
             print(f"  not: {', '.join(found.left)}")
 

@@ -20,7 +20,7 @@ SAME = 1e-5
 
 
 def placements_of(run: Run) -> Placements | None:
-    """What a run placed right, falsely or not; None without a result, or where no truth is known.
+    """Scans of a run, correct, false or not placed; None without a result or a truth.
 
     Raises
     ------

@@ -1,1 +1,1 @@
-"""Time, memory and growth, of mvreg and of its peers."""
+"""Time, memory and scaling of mvreg and of its baselines."""

@@ -33,7 +33,7 @@ PEERS: Mapping[str, Sequence[str]] = {
 }
 #: The stages of a run, in order. A peer brings its own.
 STAGES = ("downsample", "describe", "seed", "propagate", "refine", "judge", "augment", "adjust")
-#: A scan further from its truth than this (degrees) is placed falsely.
+#: A scan further from its truth than this (degrees) is a false positive.
 FALSE = 5.0
 
 

@@ -70,8 +70,8 @@ def placed(records: Sequence[Record]) -> str:
     return f"{least['placed']} of {least['scans']}"
 
 
-def falsely(records: Sequence[Record]) -> str:
-    """The most scans that are placed falsely."""
+def false_positives(records: Sequence[Record]) -> str:
+    """The largest number of false positives."""
     known = [r.answer["false"] for r in records if r.answer and r.answer["false"] is not None]
     return str(max(known)) if known else ""
 
@@ -85,7 +85,7 @@ def methods(records: Sequence[Record]) -> Table:
         seconds = of(runs, "seconds")
         beside = [ratio(of(groups.get((group, peer)), "seconds"), seconds) for peer in peers]
         rows.append([
-            group, row, placed(runs), falsely(runs), middle(of(runs, "pairs"), ".0f"),
+            group, row, placed(runs), false_positives(runs), middle(of(runs, "pairs"), ".0f"),
             middle(of(runs, "rotation"), ".4f"), middle(of(runs, "translation"), ".3f"),
             middle(of(runs, "load"), ".2f"), shown(seconds, ".2f"),
             *(number(each, ".2f") for each in beside), middle(of(runs, "peak_mb"), ".0f"),
@@ -130,7 +130,7 @@ def sizes(records: Sequence[Record], title: str, head: str) -> Table:
     groups = grouped(records)
     for (_, row), runs in sorted(groups.items(), key=lambda e: (e[0][1], e[1][0].size)):
         rows.append([
-            row, f"{runs[0].size:,}", placed(runs), falsely(runs),
+            row, f"{runs[0].size:,}", placed(runs), false_positives(runs),
             middle(of(runs, "pairs_per_scan"), ".2f"), shown(of(runs, "seconds"), ".1f"),
             middle(of(runs, "held_mb"), ".0f"), middle(of(runs, "peak_mb"), ".0f"),
         ])  # fmt: skip

@@ -1,1 +1,1 @@
-"""What tells right pairs from wrong ones, and the weights of the judge by evidence."""
+"""Which measures separate right pairs from wrong ones, and the weights of the evidence."""

@@ -27,7 +27,7 @@ from experiments.calibration.rows import Row, rows_of
 from experiments.common.runs import ROOT
 from experiments.common.style import save, styled
 from mvreg.evidence.calibration import CENTRE, FEATURES
-from mvreg.evidence.pooled import LEAST_PLAUSIBILITY, LEAST_POINTS, LEAST_STABILITY
+from mvreg.evidence.pooled import LEAST_LOCALIZABILITY, LEAST_PLAUSIBILITY, LEAST_POINTS
 from mvreg.stages.judge.evidence import EvidenceJudge
 from mvreg.types import Array
 
@@ -49,11 +49,11 @@ HEAD = """# The judge by evidence, calibrated
 
 `python -m experiments.calibration.calibrate`, mvreg {version}, {date}.
 
-Poses of pairs of scans, right and wrong: the best and its rivals as the default method finds them,
-all refined; right poses made to slide along the surface; and what the truth is refined to where the
-search missed it. Right is within 2 degrees and 5 mm of the truth. In a group "a+b" scans of
-different objects are registered with each other, and all is wrong; "~noise" has noise of one mean
-spacing along every axis. Probabilities are by weights fitted to poses of other objects only.
+Poses of pairs of scans, right and wrong: the best and its alternatives as the default method finds
+them, all refined; right poses made to slide along the surface; and what the truth is refined to
+where the search missed it. Right is within 2 degrees and 5 mm of the truth. In a group "a+b" scans
+of different objects are registered with each other, and all is wrong; "~noise" has noise of one
+mean spacing along every axis. Probabilities are by weights fitted to poses of other objects only.
 
 AUC is the area under the ROC curve; "right accepted" and "wrong accepted" are at the judge's
 threshold, {threshold:g}. Where scans hardly meet, and where what fits can slide along itself, the
@@ -73,14 +73,14 @@ class Judged:
     chances: Array
 
 
-def firm(row: Row) -> bool:
+def localizable(row: Row) -> bool:
     """Whether the overlap cannot slide along itself."""
-    return row.stability >= LEAST_STABILITY
+    return row.localizability >= LEAST_LOCALIZABILITY
 
 
 def sample(rows: Sequence[Row], *, sliding: bool = True) -> Sample:
     """The poses under which scans meet; those that can slide only if asked for."""
-    chosen = [row for row in rows if row.points >= LEAST_POINTS and (sliding or firm(row))]
+    chosen = [row for row in rows if row.points >= LEAST_POINTS and (sliding or localizable(row))]
     features = np.array([row.features for row in chosen]).reshape(-1, len(FEATURES))
     return Sample(features, np.array([row.right for row in chosen], dtype=bool))
 
@@ -94,7 +94,7 @@ def judge(groups: Mapping[str, Sequence[Row]], without: Sequence[int]) -> dict[s
         rows = groups[name]
         every = np.zeros(len(rows))
         every[[row.points >= LEAST_POINTS for row in rows]] = chances
-        slides = ~np.array([firm(row) for row in rows], dtype=bool)
+        slides = ~np.array([localizable(row) for row in rows], dtype=bool)
         every[slides & (every > LEAST_PLAUSIBILITY)] = 0.0
         found[name] = Judged(np.array([row.right for row in rows], dtype=bool), every)
     return found

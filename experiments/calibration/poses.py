@@ -1,8 +1,8 @@
 """Poses to weigh: right ones and wrong ones, between all pairs of scans of one or two data sets.
 
 Every pair is registered as the default method does, with the paper's search and point-to-plane
-refinement. Its best pose and the rivals, all refined on all the points, are kept; and right poses
-that were made to slide along the surface, the way it holds them least. A pose is right within
+refinement. Its best pose and the alternatives, all refined on all the points, are kept; and right
+poses that were made to slide along the surface, the way it holds them least. A pose is right within
 2 degrees and 5 mm of the truth, if by the truth a twentieth of the source or of the target lies on
 the other: scans of different objects have none.
 """
@@ -33,8 +33,8 @@ SLIDES = (4.0, 8.0)
 class Pose:
     """A pose and what is known of it.
 
-    `kind` is "best", "rival" or "slide"; `angle` (degrees) and `shift` (mm, of the middle of the
-    source) are the error, None without truth; `true_overlap` is the larger of both scans'.
+    `kind` is "best", "alternative" or "slide"; `angle` (degrees) and `shift` (mm, of the middle of
+    the source) are the error, None without truth; `true_overlap` is the larger of both scans'.
     """
 
     source: str
@@ -84,14 +84,14 @@ def with_truth(found: Scene, poses: Sequence[Pose]) -> list[Pose]:
 
 
 def poses_of(found: Scene, registration: Registration, rng: np.random.Generator) -> list[Pose]:
-    """The best pose of a registration, its rivals, and slides of it if it is right."""
+    """The best pose of a registration, its alternatives, and slides of it if it is right."""
     source, target = found.views[registration.source], found.views[registration.target]
     best = registration.T_target_source
     rows = [compare(found, source, target, "best", best)]
-    for rival in registration.rivals:
-        refined = found.pipeline.refine(source, target, rival).T_target_source
+    for alternative in registration.alternatives:
+        refined = found.pipeline.refine(source, target, alternative).T_target_source
         if np.rad2deg(se3.rotation_angle(refined, best)) > ANGLE:
-            rows.append(compare(found, source, target, "rival", refined))
+            rows.append(compare(found, source, target, "alternative", refined))
     if rows[0].right:
         for length in SLIDES:
             slid = slide(source, target, best, length * source.scale.resolution, rng)

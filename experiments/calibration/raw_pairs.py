@@ -19,7 +19,9 @@ from rich.progress import track
 import mvreg
 from mvreg.geometry import se3
 from mvreg.geometry.nearest import nearest
-from mvreg.stages.judge.residual import TmseJudge, stability, surface_fit
+from mvreg.report.upgrade import renamed
+from mvreg.stages.judge.residual import TmseJudge
+from mvreg.surface.fit import localizability, surface_fit
 from mvreg.types import Array, Registration, View, ViewGraph
 
 #: What is right: degrees, resolutions.
@@ -35,7 +37,7 @@ class RawPair:
     `true_overlap` is the share of the source's points on the target's surface by the truth; `angle`
     (degrees) and `shift` are the error, and `right` follows from these. The rest a judge can see:
     the trimmed MSE, over the first threshold of Eq. (7), 2 d_Q, and by itself; and what
-    `mvreg.stages.judge` calls `surface_fit`, overlap and `stability`.
+    `mvreg.stages.judge` calls `surface_fit`, overlap and `localizability`.
     """
 
     source: str
@@ -49,7 +51,7 @@ class RawPair:
     residual: float
     agreement: float
     overlap: float
-    stability: float
+    localizability: float
 
 
 def register_all(name: str) -> list[RawPair]:
@@ -94,7 +96,7 @@ def measure(registration: Registration, source: View, target: View, truth: Array
         tmse_ratio=verdict.score / verdict.threshold,
         trimmed_mse=registration.trimmed_mse / unit**2,
         residual=residual, agreement=agreement, overlap=registration.overlap,
-        stability=stability(registration, source, target),
+        localizability=localizability(registration, source, target),
     )  # fmt: skip
 
 
@@ -111,7 +113,8 @@ def true_overlap(source: View, target: View, truth: Array) -> float:
 
 def load(file: Path) -> list[RawPair]:
     """Read pairs back."""
-    return [RawPair(**row) for row in json.loads(file.read_text("utf-8"))["pairs"]]
+    kept = json.loads(file.read_text("utf-8"))["pairs"]
+    return [RawPair(**renamed(row, {"stability": "localizability"})) for row in kept]
 
 
 def save(pairs: Sequence[RawPair], file: Path) -> None:

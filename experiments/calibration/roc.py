@@ -80,11 +80,12 @@ def accepted(pairs: Sequence[RawPair], judge: str) -> Flags:
     judge_both = TmseSurfaceJudge()
     tmse = np.array([pair.tmse_ratio <= 1 for pair in pairs], dtype=bool)
     residual = np.array([p.residual <= PointToPlaneJudge().max_residual for p in pairs], dtype=bool)
-    firm = [
-        p.agreement >= judge_both.min_agreement and p.stability >= judge_both.min_stability
+    localizable = [
+        p.agreement >= judge_both.min_agreement
+        and p.localizability >= judge_both.min_localizability
         for p in pairs
     ]
-    surface = residual & np.array(firm, dtype=bool)
+    surface = residual & np.array(localizable, dtype=bool)
     known: dict[str, Flags] = {"tmse": tmse, "residual": residual, "both": tmse & surface}
     return known[judge]
 

@@ -12,7 +12,8 @@ from rich.progress import track
 from experiments.calibration.poses import Pose, cached, with_truth
 from experiments.calibration.scenes import scene
 from mvreg.evidence.calibration import features
-from mvreg.evidence.pooled import Meeting, weigh
+from mvreg.evidence.pooled import ViewPair, pool_evidence
+from mvreg.report.upgrade import EVIDENCE, renamed
 from mvreg.types import Array
 
 
@@ -27,21 +28,26 @@ class Row:
     true_overlap: float
     angle: float | None
     shift: float | None
-    overlap: float
+    surface_overlap: float
     residual: float
     noise: float
     agreement: float
     violation: float | None
     sensor: str
-    stability: float
-    pull: float
+    localizability: float
+    residual_step: float
     points: int
 
     @property
     def features(self) -> Array:
         """What the probability is made of."""
         return features(
-            self.overlap, self.residual, self.noise, self.agreement, self.violation, self.pull
+            self.surface_overlap,
+            self.residual,
+            self.noise,
+            self.agreement,
+            self.violation,
+            self.residual_step,
         )
 
 
@@ -53,7 +59,9 @@ def measure(group: str, blind: bool, folder: Path) -> list[Row]:
     found = scene(group, blind)
     rows = []
     for pose in track(with_truth(found, poses), description=f"weigh {group}"):
-        evidence = weigh([Meeting(found.views[pose.source], found.views[pose.target], pose.matrix)])
+        evidence = pool_evidence(
+            [ViewPair(found.views[pose.source], found.views[pose.target], pose.matrix)]
+        )
         rows.append(
             Row(
                 pose.source, pose.target, pose.kind, pose.right, pose.true_overlap, pose.angle,
@@ -72,4 +80,5 @@ def rows_of(group: str, blind: bool, folder: Path) -> Sequence[Row]:
         rows = [asdict(row) for row in measure(group, blind, folder)]
         unfinished.write_text(json.dumps({"rows": rows}, allow_nan=False), "utf-8")
         unfinished.replace(file)
-    return [Row(**row) for row in json.loads(file.read_text("utf-8"))["rows"]]
+    kept = json.loads(file.read_text("utf-8"))["rows"]
+    return [Row(**renamed(row, EVIDENCE)) for row in kept]

@@ -1,1 +1,1 @@
-"""One function at a time, beside its reference: benchmarks by pytest-benchmark."""
+"""Benchmarks of single functions beside their references, by pytest-benchmark."""

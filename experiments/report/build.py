@@ -33,12 +33,12 @@ point-to-plane distance between the placed surfaces, in resolutions of the down-
 no truth is needed. `printed`: in the paper; `ratio`: ours to that."""
 
 ROBUST_LEGEND = """\
-`right`: scans within 2 degrees and 5 mm of the truth beside the others of their object; `falsely`:
-scans in one frame with others, in a wrong relative pose or beside another object; `not placed`:
-left over, or alone in a frame. Every partial model counts. `pairs / N`: pairs attempted for each
-scan; e_R, e_t: mean errors in the frame of the reference scan; of all three the median over the
-runs, \\* where scans are missing from an error. `confidence`: the least and the greatest that the
-results state for scans placed right, and `of the false`."""
+`correct`: scans within 2 degrees and 5 mm of the truth beside the others of their object; `false
+positives`: scans in one frame with others, in a wrong relative pose or beside another object; `not
+placed`: left over, or alone in a frame. Every partial model counts. `pairs / N`: pairs attempted
+for each scan; e_R, e_t: mean errors in the frame of the reference scan; of all three the median
+over the runs, \\* where scans are missing from an error. `confidence`: the least and the greatest
+that the results state for scans placed correctly, and `of the false`."""
 
 
 def main(root: Path = ROOT, out: Path = RESULTS, figures: bool = True) -> None:

@@ -50,7 +50,7 @@ def each(runs: Jobs, check: Callable[[Mapping[str, Run]], Case]) -> dict[str, Ca
 
 
 def placed(methods: Sequence[str]) -> Callable[[Mapping[str, Run]], Case]:
-    """Every scan is placed by every one of some methods, and none falsely."""
+    """Every scan is placed by every one of some methods, and no false positives."""
 
     def check(found: Mapping[str, Run]) -> Case:
         shown, good, known = [], True, False
@@ -60,7 +60,7 @@ def placed(methods: Sequence[str]) -> Callable[[Mapping[str, Run]], Case]:
                 continue
             now, wrong = measured(found[name]), false_placements(found[name])
             good, known = good and now.complete and not wrong, True
-            shown.append(f"{name} {now.placed} of {now.total}, {wrong or 0} falsely")
+            shown.append(f"{name} {now.placed} of {now.total}, {wrong or 0} false positives")
         return (good, "(" + "; ".join(shown) + ")") if known else None
 
     return check

@@ -1,4 +1,4 @@
-"""What became of the scans of runs that belong together: placed right, falsely, or not."""
+"""Scans of related runs: correctly placed, false positives, not placed."""
 
 from __future__ import annotations
 
@@ -126,8 +126,8 @@ def counted(kind: str) -> Callable[[Row], str]:
 COLUMNS: Mapping[str, Callable[[Row], str]] = {
     "runs": jobs,
     "scans": lambda row: str(row.total) if row.known else "",
-    "right": counted("right"),
-    "falsely": counted("false"),
+    "correct": counted("right"),
+    "false positives": counted("false"),
     "not placed": counted("left"),
     "ambiguous": ambiguous,
     "pairs / N": lambda row: number(row.median(lambda each: each.pairs_per_scan), ".2f"),

@@ -30,8 +30,8 @@ class RobustPage:
 
 
 def none_false(rows: Sequence[Row]) -> list[Claim]:
-    """No scan is placed falsely."""
-    return [Claim("no scan is placed falsely", none_of(rows, ["false"]))]
+    """No scan is a false positive."""
+    return [Claim("no scan is a false positive", none_of(rows, ["false"]))]
 
 
 def none_placed(rows: Sequence[Row]) -> list[Claim]:
@@ -40,7 +40,7 @@ def none_placed(rows: Sequence[Row]) -> list[Claim]:
 
 
 def foreign_reported(rows: Sequence[Row]) -> list[Claim]:
-    """No scan is placed falsely, and so one foreign scan has no place.
+    """There is no false positive, and so one foreign scan has no place.
 
     Alone of its object, it can only be false or without a place.
     """
@@ -75,7 +75,7 @@ def bars(rows: Sequence[Row]) -> list[str]:
         shift = row.median(lambda each: each.now.translation)
         pairs = row.median(lambda each: each.pairs_per_scan)
         measures: list[tuple[str, float, float, bool, str]] = [
-            ("scans placed right", right, wanted, right >= wanted, ".0f"),
+            ("scans placed correctly", right, wanted, right >= wanted, ".0f"),
             ("median e_R", rotation, goal.rotation, rotation <= goal.rotation, ".4f"),
             ("median e_t (mm)", shift, goal.translation, shift <= goal.translation, ".3f"),
             ("median pairs / N", pairs, goal.pairs, pairs <= goal.pairs, ".2f"),

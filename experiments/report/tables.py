@@ -11,7 +11,7 @@ from experiments.common.runs import Run
 from experiments.report.measured import Measured, measured
 from experiments.report.printed import Printed
 
-#: A scan further from its truth than this (degrees) is placed falsely.
+#: A scan further from its truth than this (degrees) is a false positive.
 FALSE = 5.0
 PATH = re.compile(r"(?<![\w/:.])~?(?:/[\w.+~-]+){2,}/?")
 
@@ -73,7 +73,7 @@ def identity(run: Run, base: Mapping[str, str] | None = None) -> frozenset[tuple
 
 
 def false_placements(run: Run) -> int | None:
-    """How many scans are placed falsely; None where that is not known."""
+    """How many scans are false positives; None where that is not known."""
     errors = (run.report or {}).get("errors")
     if not errors:
         return None

@@ -1,1 +1,1 @@
-"""The command line: what the words typed after ``mvreg`` do."""
+"""The command line: `mvreg`, its subcommands and its exit codes."""

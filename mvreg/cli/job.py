@@ -1,4 +1,4 @@
-"""A job of the command line: run what a configuration asks for, and keep it in a folder."""
+"""One job of the command line: run a configuration, and keep the result in a folder."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the command line tells without a run: `plugins`, `inspect`, ``--help``, ``--version``."""
+"""Answers without a run: `plugins`, `inspect`, ``--help``, ``--version``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The command line: a Hydra run, and the words `plugins` and `inspect`.
+"""The command line: a Hydra run, and the subcommands `plugins` and `inspect`.
 
 Exit codes: 0 every scan placed in one model, 3 some not, 2 wrong input, 1 a bug, 130 Ctrl-C. A
 sweep ends with the worst of its runs' codes.

@@ -1,4 +1,4 @@
-"""Go on with a sweep that was cut short: what is finished already, and what went wrong before."""
+"""Resume an interrupted sweep: which jobs are finished, and which failed before."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Configurations: what Hydra is told, and the stages read back from it."""
+"""Configuration: composed by Hydra, read back as stages."""

@@ -1,4 +1,4 @@
-"""What Hydra and OmegaConf mean: their errors as one clear message that lists the options."""
+"""Errors of Hydra and OmegaConf as one clear message that lists the options."""
 
 from __future__ import annotations
 

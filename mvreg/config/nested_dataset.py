@@ -1,4 +1,4 @@
-"""Data sets that build on others: load one by what the command line would call it."""
+"""Data sets that build on others: load one by its name on the command line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What there is to choose from: stages, and presets on the Hydra search paths.
+"""What can be chosen: stages, and presets on the Hydra search paths.
 
 Hydra is not imported here, because ``--help`` cannot wait for it.
 """

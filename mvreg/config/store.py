@@ -1,4 +1,4 @@
-"""What Hydra is told: a schema for every registered stage, under the stage's key as its address."""
+"""A Hydra schema for every registered stage, stored under the stage's key."""
 
 from __future__ import annotations
 

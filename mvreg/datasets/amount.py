@@ -1,4 +1,4 @@
-"""How many of some things: all, a number, a share, or anything between two of these."""
+"""Amounts: all, a number, a share, or a random one between two of these."""
 
 from __future__ import annotations
 

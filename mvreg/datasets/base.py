@@ -1,4 +1,4 @@
-"""What all data sets have in common: the order of the scans, and hiding where they were."""
+"""What all data sets have in common: the order of the scans, and random motions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Scans of several objects thrown together, to see whether they are told apart."""
+"""Scans of several objects, mixed; a method should keep the objects apart."""
 
 from __future__ import annotations
 

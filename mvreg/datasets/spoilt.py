@@ -1,4 +1,4 @@
-"""Another data set made worse: noise, outliers, lost points, scans with few points."""
+"""Another data set degraded: noise, outliers, missing points, sparse scans."""
 
 from __future__ import annotations
 

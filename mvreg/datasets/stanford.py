@@ -130,7 +130,7 @@ class Stanford(ScanSource):
         except InputError as error:
             searched = ", ".join(str(root) for root in self._roots())
             raise InputError(
-                f"dataset={self.name} is not on this machine, and to download it failed: {error}\n"
+                f"dataset={self.name} is not on this machine, and downloading it failed: {error}\n"
                 f"  searched: {searched} (and in them {', '.join(self.folders)})\n"
                 f"  wanted: {', '.join([self.conf, *self.files])}\n"
                 f"  address: {self.url}\n"

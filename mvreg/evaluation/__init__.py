@@ -1,1 +1,1 @@
-"""How good poses are: errors beside ground truth, and confidence without it."""
+"""The quality of poses: errors against ground truth, and confidence without it."""

@@ -1,4 +1,4 @@
-"""How far the poses of a result are to be trusted, scan by scan; needs no ground truth."""
+"""Confidence and grade of every placed scan; needs no ground truth."""
 
 from __future__ import annotations
 
@@ -8,17 +8,18 @@ from typing import cast
 import numpy as np
 
 from mvreg.errors import InputError
-from mvreg.evaluation.component import Names, Weighing
+from mvreg.evaluation.component import ComponentEvidence, Names
 from mvreg.evaluation.grade import Grade, grade
 from mvreg.evaluation.records import Assessment as Assessment
 from mvreg.evaluation.records import LinkAssessment as LinkAssessment
 from mvreg.evaluation.records import ScanAssessment as ScanAssessment
 from mvreg.evaluation.records import Uncertainty as Uncertainty
-from mvreg.evidence.pooled import weigh
+from mvreg.evidence.pooled import pool_evidence
 from mvreg.parallel import in_threads
-from mvreg.surface.contact import Contact, balance_of, coarse
-from mvreg.surface.overlap import asked
+from mvreg.surface.contact import Contact, axis_strength, surface_spacing
+from mvreg.surface.overlap import sampled
 from mvreg.types import Array, Result, Scan, ScanSet, View
+from mvreg.types.scan import as_scans
 
 #: Point-to-plane distances up to this are within tolerance (resolutions). Of the overlapping points
 #: of the Bunny, Dragon and Buddha scans 82 to 92 per cent are, at their true poses; of a scan
@@ -28,10 +29,14 @@ TOLERANCE = 0.5
 #: resolutions added to the Bunny and the Dragon 81 to 89 per cent are within, at their true poses.
 NOISES = 2.0
 #: Pairs of which neither scan has so much of its points on the other tell too little to be listed.
-LEAST_OVERLAP = 0.1
+LEAST_CONTACT_RATIO = 0.1
 
 
-def assess(result: Result, views: Sequence[View] | Sequence[Scan | Array] | ScanSet) -> Assessment:
+#: What `assess` may be given of what was registered.
+Given = Sequence[View] | Sequence[Scan | Array] | ScanSet
+
+
+def assess(result: Result, views: Given | None = None) -> Assessment:
     """Say how far the poses of a result are to be trusted, by the scans alone.
 
     Every partial model is looked at by itself. Only scans whose bounding boxes overlap are
@@ -40,9 +45,10 @@ def assess(result: Result, views: Sequence[View] | Sequence[Scan | Array] | Scan
     Parameters
     ----------
     result : Result
-    views : sequence of View or of scans, or ScanSet
-        What was registered. Scans are prepared as the default method would; views as they come
-        from ``Pipeline.prepare`` spare that.
+    views : sequence of View or of scans, or ScanSet, optional
+        What was registered. The views that `mvreg.register` leaves in the result are used if
+        nothing is given, or the same scans; for poses of another origin, pass what
+        `mvreg.prepare` makes of the scans.
 
     Returns
     -------
@@ -51,11 +57,15 @@ def assess(result: Result, views: Sequence[View] | Sequence[Scan | Array] | Scan
     Raises
     ------
     InputError
-        If a placed scan is not among the scans.
+        If a placed scan is not among the scans, or scans are given that are not those of which the
+        result has the views.
     """
     prepared = _prepared(result, views)
     models = (result.poses, *result.components)
-    parts = [Weighing.of(number, poses, prepared) for number, poses in enumerate(models, start=1)]
+    parts = [
+        ComponentEvidence.of(number, poses, prepared)
+        for number, poses in enumerate(models, start=1)
+    ]
     tolerance = _tolerance(parts)
     scans: dict[str, ScanAssessment] = {}
     for part in parts:
@@ -66,46 +76,67 @@ def assess(result: Result, views: Sequence[View] | Sequence[Scan | Array] | Scan
     return Assessment(tolerance * resolution, scans, links)
 
 
-def _prepared(
-    result: Result, views: Sequence[View] | Sequence[Scan | Array] | ScanSet
-) -> Sequence[View]:
-    if not isinstance(views, ScanSet) and all(isinstance(view, View) for view in views):
-        return cast(Sequence[View], views)
-    from mvreg.run import as_scans, load_method
-
-    scans = as_scans(cast("Sequence[Scan | Array] | ScanSet", views))
+def _prepared(result: Result, given: Given | None) -> Sequence[View]:
+    """The views to compare: those given, or the result's own."""
+    views: Sequence[View] = result.views
+    if given is not None:
+        if not isinstance(given, ScanSet) and all(isinstance(each, View) for each in given):
+            views = cast(Sequence[View], given)
+            if not views:  # none was prepared: nothing can be compared
+                return views
+        else:
+            _check_same(as_scans(cast("Sequence[Scan | Array] | ScanSet", given)), views)
     placed = [name for poses in (result.poses, *result.components) for name in poses]
-    missing = sorted(set(placed) - {scan.name for scan in scans})
+    missing = sorted(set(placed) - {view.name for view in views})
     if missing:
         raise InputError(
-            f"the result places {', '.join(missing)}, which is not among the scans; expected the "
-            "scans that were registered, under the same names"
+            f"the result places {', '.join(missing)}, which is not among the prepared scans; "
+            "expected the views of what was registered: mvreg.prepare(scans, method)"
         )
-    return load_method().pipeline.prepare(scans, np.random.default_rng(0))
+    return views
 
 
-def _tolerance(parts: Sequence[Weighing]) -> float:
+def _check_same(scans: Sequence[Scan], views: Sequence[View]) -> None:
+    """Raise InputError unless these are the scans that the views were made of."""
+    made = {view.name: view.scan for view in views}
+    for scan in scans:
+        own = made.get(scan.name)
+        if own is None or not (own is scan or np.array_equal(own.points, scan.points)):
+            raise InputError(
+                f"scan {scan.name} is not one of those that the result has the views of"
+                f"{'' if views else ' (it has none)'}; expected the scans that were registered, "
+                "or views: mvreg.assess(result, mvreg.prepare(scans, method))"
+            )
+
+
+def _tolerance(parts: Sequence[ComponentEvidence]) -> float:
     """How far apart surfaces may be that lie on each other (resolutions)."""
     noise = [each.noise for part in parts for each in part.evidence.values() if each.points]
     return max(TOLERANCE, NOISES * float(np.median(noise))) if noise else TOLERANCE
 
 
-def _links(part: Weighing) -> list[LinkAssessment]:
+def _links(part: ComponentEvidence) -> list[LinkAssessment]:
     """The pairs that overlap enough, each weighed by itself."""
-    sides: dict[Names, list[Contact]] = {pair: [] for pair in part.meetings}
+    sides: dict[Names, list[Contact]] = {pair: [] for pair in part.view_pairs}
     for contact in part.contacts:
         pair = contact.source.name, contact.target.name
         sides[pair if pair in sides else pair[::-1]].append(contact)
-    overlaps = {pair: max(side.overlap for side in both) for pair, both in sides.items()}
-    chosen = [pair for pair, overlap in overlaps.items() if overlap >= LEAST_OVERLAP]
-    weighed = in_threads(weigh, [[part.meetings[pair]] for pair in chosen])
+    contact_ratios = {
+        pair: max(side.contact_ratio for side in both) for pair, both in sides.items()
+    }
+    chosen = [pair for pair, ratio in contact_ratios.items() if ratio >= LEAST_CONTACT_RATIO]
+    weighed = in_threads(pool_evidence, [[part.view_pairs[pair]] for pair in chosen])
     return [
-        LinkAssessment(*pair, part.number, overlaps[pair], _rms(sides[pair]), evidence.probability)
+        LinkAssessment(
+            *pair, part.number, contact_ratios[pair], _rms(sides[pair]), evidence.probability
+        )
         for pair, evidence in zip(chosen, weighed, strict=True)
     ]
 
 
-def _scan(view: View, part: Weighing, tolerance: float, covariance: Array | None) -> ScanAssessment:
+def _scan(
+    view: View, part: ComponentEvidence, tolerance: float, covariance: Array | None
+) -> ScanAssessment:
     """A scan by its contacts with all others, and by what they show together."""
     pose, evidence, own = (
         part.poses[view.name], part.evidence[view.name], part.contacts_of(view.name),
@@ -114,18 +145,20 @@ def _scan(view: View, part: Weighing, tolerance: float, covariance: Array | None
     if not own:
         alone = None if len(part.poses) == 1 else Grade.red
         return ScanAssessment(
-            view.name, part.number, alone, None, "touches no other scan", 0.0, None, None,
+            view.name, part.number, alone, None, "not in contact with any other scan", 0.0, None,
+            None,
             (0.0, 0.0, 0.0), uncertainty,
         )  # fmt: skip
-    met = np.logical_or.reduce([contact.met for contact in own])
-    balance = balance_of(view.normals[asked(view)][met])
-    near = [contact.heights <= tolerance * coarse(contact.target) for contact in own]
-    overlap, within = float(met.mean()), float(np.concatenate(near).mean())
+    in_contact = np.logical_or.reduce([contact.in_contact for contact in own])
+    strength = axis_strength(view.normals[sampled(view)][in_contact])
+    near = [contact.heights <= tolerance * surface_spacing(contact.target) for contact in own]
+    coverage, inlier_ratio = float(in_contact.mean()), float(np.concatenate(near).mean())
     known = None if evidence.ambiguous else evidence.probability
-    colour = grade(known, overlap, within, min(balance))
+    colour = grade(known, coverage, inlier_ratio, min(strength))
     return ScanAssessment(
-        view.name, part.number, colour, evidence.probability, evidence.reason, overlap, within,
-        _rms(own), balance, uncertainty,
+        view.name, part.number, colour, evidence.probability, evidence.reason, coverage,
+        inlier_ratio,
+        _rms(own), strength, uncertainty,
     )  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""How good a set of poses is: against the truth, and, without any truth, against the surfaces."""
+"""Errors of poses against ground truth, and consistency of the surfaces without it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is said of placed scans: records, one per scan and one per pair that overlaps."""
+"""Records of an assessment: one per placed scan, one per pair in contact."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class LinkAssessment:
     source, target : str
     component : int
         The partial model that they belong to, 1 for the reference's.
-    overlap : float
+    contact_ratio : float
         Share of the points of one that lie on the other; of the scan that is covered better.
     rms : float
         Root mean square point-to-plane distance there (length).
@@ -66,7 +66,7 @@ class LinkAssessment:
     source: str
     target: str
     component: int
-    overlap: float
+    contact_ratio: float
     rms: float
     confidence: float
 
@@ -85,16 +85,16 @@ class ScanAssessment:
     confidence : float or None
         Probability that its pose is right, by all its neighbours together; None where it has none.
     reason : str
-        What speaks against the pose most, or that nothing does.
-    overlap : float
+        The strongest objection to the pose, or that there is none.
+    coverage : float
         Share of its points that lie on any other scan of the partial model.
-    within : float or None
+    inlier_ratio : float or None
         Share of the distances of those points, point to plane, that are within the tolerance.
     rms : float or None
         Root mean square of these distances (length).
-    balance : tuple of 3 floats
+    strength : tuple of 3 floats
         How well the overlap holds the scan along each axis of its own frame, from 0, free to slide,
-        to 1; see `balance_of`.
+        to 1; see `axis_strength`.
     uncertainty : Uncertainty or None
         None where the result has no covariance of the pose.
     """
@@ -104,10 +104,10 @@ class ScanAssessment:
     grade: Grade | None
     confidence: float | None
     reason: str
-    overlap: float
-    within: float | None
+    coverage: float
+    inlier_ratio: float | None
     rms: float | None
-    balance: tuple[float, float, float]
+    strength: tuple[float, float, float]
     uncertainty: Uncertainty | None = None
 
 

@@ -1,1 +1,1 @@
-"""What range scans show of a pose, and how probable that makes it."""
+"""Evidence for or against a relative pose, and the probability that follows from it."""

@@ -1,4 +1,4 @@
-"""How much each piece of evidence counts; fitted by ``experiments/calibration/calibrate.py``."""
+"""The weights of the evidence, fitted by ``experiments/calibration/calibrate.py``."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy as np
 from mvreg.types import Array
 
 #: What the columns of `features` are.
-FEATURES = ("overlap", "residual", "misfit", "agreement", "violation", "pull")
+FEATURES = ("surface_overlap", "residual", "misfit", "agreement", "violation", "residual_step")
 #: Intercept and weights, by what is known of the sensors: what the scans say, what their points
 #: tell (`mvreg.surface.sensor_direction`), nothing.
 WEIGHTS: dict[str, tuple[float, ...]] = {
@@ -18,38 +18,39 @@ WEIGHTS: dict[str, tuple[float, ...]] = {
 #: Shares are kept so far from 0 and 1, so that logarithms stay finite.
 LEAST_SHARE = 0.005
 #: More is no further evidence, and excuses no misfit: slides along smooth surfaces have as much.
-ENOUGH_OVERLAP, ENOUGH_AGREEMENT = 0.5, 0.95
+ENOUGH_SURFACE_OVERLAP, ENOUGH_AGREEMENT = 0.5, 0.95
 #: Fewer violations are chance, as at the edges of a scan, and count as so many.
 LEAST_VIOLATION = 0.02
-#: A pull much smaller than this is none (resolutions).
-LEAST_PULL = 0.25
+#: A residual step much smaller than this is none (resolutions).
+LEAST_STEP = 0.25
 #: The centre of the features, so that the intercept says what balances.
 CENTRE = (0.0, 1.0, -1.0, 2.0, -3.0, -1.0)
 
 
 def features(
-    overlap: float,
+    surface_overlap: float,
     residual: float,
     noise: float,
     agreement: float,
     violation: float | None,
-    pull: float,
+    residual_step: float,
 ) -> Array:
     """What goes into the probability (6,): each grows with one thing that was measured.
 
     Log odds of the overlap; logarithms of the residual over the noise floor and over the
-    resolution; log odds of the normals' agreement; logarithms of the violation and of the pull.
+    resolution; log odds of the normals' agreement; logarithms of the violation and of the residual
+    step.
     """
     residual = max(residual, 1.0)  # better than the scans themselves is chance
     misfit = max(residual * noise, 1e-3)
     return np.array(
         [
-            _logit(min(overlap, ENOUGH_OVERLAP)),
+            _logit(min(surface_overlap, ENOUGH_SURFACE_OVERLAP)),
             np.log(residual),
             np.log(misfit),
             _logit(min(agreement, ENOUGH_AGREEMENT)),
             np.log(max(violation or 0.0, LEAST_VIOLATION)),
-            np.log(pull + LEAST_PULL),
+            np.log(residual_step + LEAST_STEP),
         ]
     )
 

@@ -1,4 +1,4 @@
-"""How probable it is that scans are where a pose puts them: all that range scans can tell of it."""
+"""The probability that relative poses are right, from the pooled evidence of range scans."""
 
 from __future__ import annotations
 
@@ -8,29 +8,33 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from mvreg.evidence.calibration import features, probability
-from mvreg.evidence.pooling import Meeting as Meeting
-from mvreg.evidence.pooling import firmness, free_space, most_covered
+from mvreg.evidence.pooling import ViewPair as ViewPair
+from mvreg.evidence.pooling import (
+    free_space_violation,
+    largest_surface_overlap,
+    localizability_and_step,
+)
 from mvreg.parallel import in_parts
 
-#: Less is held too loosely. Pairs of a sphere, a cylinder and a bottle have 0.004 at most, with
-#: noise of two spacings of the raw points. Right pairs of all sets that the search finds have 0.007
-#: and more, but for one of the Buddha's.
-LEAST_STABILITY = 0.005
-#: What fits no better than this is no question of sliding: it does not fit.
+#: Below it the overlap is degenerate. Pairs of a sphere, a cylinder and a bottle have 0.004 at
+#: most, with noise of two spacings of the raw points. Right pairs of all sets that the search
+#: finds have 0.007 and more, but for one of the Buddha's.
+LEAST_LOCALIZABILITY = 0.005
+#: Below this plausibility a pose is not called degenerate: it does not fit at all.
 LEAST_PLAUSIBILITY = 0.3
-#: The reason where nothing speaks against a pose.
-AGREED = "surfaces, normals and free space agree"
-#: Fewer points that meet say nothing.
+#: The reason if there is no objection to a pose.
+CONSISTENT = "surfaces, normals and free space agree"
+#: Fewer points in contact are no evidence.
 LEAST_POINTS = 50
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """What meetings show, pooled. Everything is free of units.
+    """The evidence of view pairs, pooled. Everything is free of units.
 
     Parameters
     ----------
-    overlap : float
+    surface_overlap : float
         Share of the points of a view that lie on the others' surface; of the view best covered.
     residual : float
         Root mean square point-to-plane distance there, in units of the scans' own noise floor.
@@ -43,23 +47,24 @@ class Evidence:
         where nothing is known of the sensors, nor can be told from the points.
     sensor : str
         "known", "estimated" or "none": what the violation rests on.
-    stability : float
-        How firmly the overlap holds, whatever way it is pushed; see `mvreg.stages.judge.stability`.
-    pull : float
-        How far the overlap asks the source to move to fit best (resolutions, about the root mean
+    localizability : float
+        Smallest eigenvalue of the normalised information matrix of the points in contact: 0 where
+        the overlap can slide along itself (see the glossary).
+    residual_step : float
+        Length of the Gauss-Newton step that is left (resolutions, about the root mean
         square of the points' motion); about 0 after a refinement.
     points : int
-        How many points meet; after a rough look, how many would about.
+        Points in contact; on a subsample, the number extrapolated to all.
     """
 
-    overlap: float
+    surface_overlap: float
     residual: float
     noise: float
     agreement: float
     violation: float | None
     sensor: str
-    stability: float
-    pull: float
+    localizability: float
+    residual_step: float
     points: int
 
     @property
@@ -73,31 +78,36 @@ class Evidence:
         if self.points < LEAST_POINTS:
             return 0.0
         measured = features(
-            self.overlap, self.residual, self.noise, self.agreement, self.violation, self.pull
+            self.surface_overlap,
+            self.residual,
+            self.noise,
+            self.agreement,
+            self.violation,
+            self.residual_step,
         )
         return probability(measured, self.sensor)
 
     @property
     def ambiguous(self) -> bool:
         """Whether the overlap fits and can slide along itself, as on a sphere or a cylinder."""
-        return self.stability < LEAST_STABILITY and self.plausibility > LEAST_PLAUSIBILITY
+        return self.localizability < LEAST_LOCALIZABILITY and self.plausibility > LEAST_PLAUSIBILITY
 
     @property
     def reason(self) -> str:
-        """What speaks against the pose most, or that nothing does."""
+        """The strongest objection to the pose, or that there is none."""
         if self.points < LEAST_POINTS:
-            return "the scans hardly meet"
+            return "the scans barely overlap"
         if self.ambiguous:
             return "ambiguous: the overlap can slide along itself"
         if self.violation is not None and self.violation > 0.1:
-            return "a surface stands in what the other sensor saw to be free"
+            return "free-space violation: a surface lies where the other sensor saw free space"
         if self.residual > 6:
-            return "the surfaces do not lie on each other"
+            return "the surfaces do not coincide"
         if self.agreement < 0.8:
             return "normals disagree"
-        if self.overlap < 0.2:
+        if self.surface_overlap < 0.2:
             return "too little overlap"
-        return AGREED
+        return CONSISTENT
 
     def as_dict(self) -> dict[str, float]:
         """What was measured, by name; what is not known is left out."""
@@ -108,36 +118,36 @@ class Evidence:
         }
 
 
-def weigh(meetings: Sequence[Meeting]) -> Evidence:
-    """Pool what all meetings show: evidence for or against all of them being right together.
+def pool_evidence(view_pairs: Sequence[ViewPair]) -> Evidence:
+    """Pool the evidence of all view pairs: for or against all of them being right together.
 
     Parameters
     ----------
-    meetings : sequence of Meeting
+    view pairs : sequence of ViewPair
         One for a pair of scans; one scan against every part of a model; every scan of a partial
         model against every scan of another.
 
     Returns
     -------
     Evidence
-        Of no points and an overlap of zero where nothing meets.
+        Of no points and no surface overlap where there is no contact.
     """
-    sides = in_parts(lambda meeting: meeting.sides, meetings)
+    sides = in_parts(lambda view_pair: view_pair.sides, view_pairs)
     both = [side for pair in sides for side in pair]
     points = sum(side.count for side in both)
     near = sum(side.near for side in both)
-    squared = sum(side.squared / (side.floor**2 or 1.0) for side in both)
-    noise = sum(side.floor**2 * side.count for side in both)
-    violation, sensor = free_space(both)
-    stability, pull = firmness(meetings, sides)
+    squared = sum(side.squared / (side.noise_floor**2 or 1.0) for side in both)
+    noise = sum(side.noise_floor**2 * side.count for side in both)
+    violation, sensor = free_space_violation(both)
+    localizability, residual_step = localizability_and_step(view_pairs, sides)
     return Evidence(
-        overlap=most_covered(meetings, sides),
+        surface_overlap=largest_surface_overlap(view_pairs, sides),
         residual=float(np.sqrt(squared / points)) if points else 0.0,
         noise=float(np.sqrt(noise / points)) if points else 0.0,
         agreement=points / near if near else 0.0,
         violation=violation,
         sensor=sensor,
-        stability=stability,
-        pull=pull,
-        points=points * max((meeting.step for meeting in meetings), default=1),
+        localizability=localizability,
+        residual_step=residual_step,
+        points=points * max((view_pair.step for view_pair in view_pairs), default=1),
     )

@@ -1,4 +1,4 @@
-"""Pool what several meetings of scans show: counts add up, and what holds holds together."""
+"""Pool the evidence of several view pairs: counts, information matrices and gradients add up."""
 
 from __future__ import annotations
 
@@ -8,32 +8,33 @@ from threading import Lock
 
 import numpy as np
 
-from mvreg.evidence.view_pair import Side, look
+from mvreg.evidence.view_pair import DirectedEvidence, directed_evidence
 from mvreg.geometry import se3
 from mvreg.geometry.arrays import Flags
 from mvreg.types import Array, View
 from mvreg.types.lazy import lazy
 
-#: Of `best_step`, in units of the mean eigenvalue: `mvreg.stages.refine.plane_base` takes the same.
+#: Of `gauss_newton_step`, in units of the mean eigenvalue: `mvreg.stages.refine.plane_base` takes
+#: the same.
 DAMPING = 1e-3
-#: A rough look asks every so-manieth point.
-ROUGH = 8
+#: Subsampled evidence uses every n-th point.
+SUBSAMPLING = 8
 
 
 @dataclass(frozen=True, eq=False)
-class Meeting:
-    """Two views, and where one is said to be in the frame of the other.
+class ViewPair:
+    """Two views and a relative pose: what evidence is measured of.
 
     Parameters
     ----------
     source, target : View
     T_target_source : (4, 4) array
     T_common_source : (4, 4) array, optional
-        The source in a frame that all the meetings weighed together share. Needed only where one
-        partial model of several scans meets another: else the one scan that all meetings have in
+        The source in a frame that all the view pairs weighed together share. Needed only where one
+        partial model of several scans meets another: else the one scan that all view pairs have in
         common gives the frame.
     step : int
-        Every so-manieth of the points asked is asked, for a rough look.
+        Every n-th of the sampled points is used.
     """
 
     source: View
@@ -41,37 +42,41 @@ class Meeting:
     T_target_source: Array
     T_common_source: Array | None = None
     step: int = 1
-    _sides: list[tuple[Side, Side]] = field(default_factory=list, init=False, repr=False)
-    _looking: Lock = field(default_factory=Lock, init=False, repr=False)
+    _sides: list[tuple[DirectedEvidence, DirectedEvidence]] = field(
+        default_factory=list, init=False, repr=False
+    )
+    _lock: Lock = field(default_factory=Lock, init=False, repr=False)
 
     @lazy
-    def rough(self) -> Meeting:
-        """The same, of every so-manieth point."""
-        return replace(self, step=ROUGH)
+    def subsampled(self) -> ViewPair:
+        """The same view pair, evaluated on every n-th point."""
+        return replace(self, step=SUBSAMPLING)
 
     @property
-    def sides(self) -> tuple[Side, Side]:
-        """What the source's points show on the target, and the target's on the source.
+    def sides(self) -> tuple[DirectedEvidence, DirectedEvidence]:
+        """Evidence of the source's points on the target, and of the target's on the source.
 
-        Looked at once, however often the meeting is weighed, and by however many threads.
+        Evaluated once, however often the view pair is pooled, and by however many threads.
         """
-        with self._looking:
+        with self._lock:
             if not self._sides:
                 back = se3.invert(self.T_target_source)
                 self._sides.append(
                     (
-                        look(self.source, self.target, self.T_target_source, self.step),
-                        look(self.target, self.source, back, self.step),
+                        directed_evidence(
+                            self.source, self.target, self.T_target_source, self.step
+                        ),
+                        directed_evidence(self.target, self.source, back, self.step),
                     )
                 )
         return self._sides[0]
 
 
-def free_space(sides: Sequence[Side]) -> tuple[float | None, str]:
+def free_space_violation(sides: Sequence[DirectedEvidence]) -> tuple[float | None, str]:
     """The share of violations, and what it rests on: only scans that say it, if there are any."""
     for sensor, chosen in (
-        ("known", [side for side in sides if side.known]),
-        ("estimated", [side for side in sides if side.told]),
+        ("known", [side for side in sides if side.sensor_known]),
+        ("estimated", [side for side in sides if side.has_sensor]),
     ):
         if chosen:
             front = sum(side.front for side in chosen)
@@ -79,43 +84,52 @@ def free_space(sides: Sequence[Side]) -> tuple[float | None, str]:
     return None, "none"
 
 
-def most_covered(meetings: Sequence[Meeting], sides: Sequence[tuple[Side, Side]]) -> float:
+def largest_surface_overlap(
+    view_pairs: Sequence[ViewPair], sides: Sequence[tuple[DirectedEvidence, DirectedEvidence]]
+) -> float:
     """The share of its points that the view best covered has on any of the others."""
     covered: dict[int, Flags] = {}
-    for meeting, pair in zip(meetings, sides, strict=True):
-        for view, side in zip((meeting.source, meeting.target), pair, strict=True):
-            covered[id(view)] = covered.get(id(view), np.zeros_like(side.met)) | side.met
-    return max((float(met.mean()) for met in covered.values() if len(met)), default=0.0)
+    for view_pair, pair in zip(view_pairs, sides, strict=True):
+        for view, side in zip((view_pair.source, view_pair.target), pair, strict=True):
+            covered[id(view)] = (
+                covered.get(id(view), np.zeros_like(side.in_contact)) | side.in_contact
+            )
+    return max(
+        (float(in_contact.mean()) for in_contact in covered.values() if len(in_contact)),
+        default=0.0,
+    )
 
 
-def firmness(
-    meetings: Sequence[Meeting], sides: Sequence[tuple[Side, Side]]
+def localizability_and_step(
+    view_pairs: Sequence[ViewPair], sides: Sequence[tuple[DirectedEvidence, DirectedEvidence]]
 ) -> tuple[float, float]:
-    """How firmly all that meets in one frame holds, and how far it asks to be moved.
+    """Localizability of all contacts in one frame, and the Gauss-Newton step that is left.
 
     Returns
     -------
-    stability : float
+    localizability : float
         See `smallest_eigenvalue`.
-    pull : float
-        See `best_step` (resolutions). Where there is no frame for all, both are those of the scan
-        that is held most firmly.
+    residual_step : float
+        See `gauss_newton_step` (resolutions). Where there is no frame for all, both are those of
+        the scan with the larger localizability.
     """
-    groups: dict[int, list[tuple[Side, Array, float]]] = {}
-    for (group, frame), meeting, (ahead, back) in zip(
-        _frames(meetings), meetings, sides, strict=True
+    groups: dict[int, list[tuple[DirectedEvidence, Array, float]]] = {}
+    for (group, frame), view_pair, (ahead, back) in zip(
+        _frames(view_pairs), view_pairs, sides, strict=True
     ):
-        home = frame @ se3.invert(meeting.T_target_source)  # `back` is in the target's frame
-        both = (ahead, frame, 1.0), (back, home, -1.0)
+        T_common_target = frame @ se3.invert(
+            view_pair.T_target_source
+        )  # `back` is in the target's frame
+        both = (ahead, frame, 1.0), (back, T_common_target, -1.0)
         groups.setdefault(group, []).extend(one for one in both if one[0].count)
-    found = [_firmness(*zip(*one, strict=True)) for one in groups.values() if one]
+    found = [_localizability_and_step(*zip(*one, strict=True)) for one in groups.values() if one]
     return max(found, default=(0.0, 0.0))
 
 
-def _firmness(
-    sides: Sequence[Side], frames: Sequence[Array], signs: Sequence[float]
+def _localizability_and_step(
+    sides: Sequence[DirectedEvidence], frames: Sequence[Array], signs: Sequence[float]
 ) -> tuple[float, float]:
-    """Stability and pull of what is met, given ``T_common_side`` and the signs of the heights.
+    """Localizability and residual step, given ``T_common_side`` and the signs of the heights.
 
     Their sums are about centres of their own. ``A = [[R, [e]x R], [0, R]]`` turns the coordinates
     ``[p x n, n]`` about such a centre into those about the middle of all, e away from it.
@@ -138,17 +152,22 @@ def _firmness(
     about[:, :3, 3:] = se3.skew(away / radius) @ turns
     about[:, 3:, 3:] = turns
     back = np.swapaxes(about, 1, 2)
-    mixed, plain = (
+    cross_information, information = (
         (about @ np.stack(each) @ back).sum(axis=0)
-        for each in ([side.mixed for side in sides], [side.plain for side in sides])
+        for each in (
+            [side.cross_information for side in sides],
+            [side.information for side in sides],
+        )
     )
-    pushed = np.stack([sign * side.pushed for side, sign in zip(sides, signs, strict=True)])
-    right = (about @ pushed[..., None])[..., 0].sum(axis=0)
-    return smallest_eigenvalue(mixed / counts.sum()), best_step(plain, right)
+    gradient = np.stack([sign * side.gradient for side, sign in zip(sides, signs, strict=True)])
+    right = (about @ gradient[..., None])[..., 0].sum(axis=0)
+    return smallest_eigenvalue(cross_information / counts.sum()), gauss_newton_step(
+        information, right
+    )
 
 
 def smallest_eigenvalue(product: Array) -> float:
-    """Of the mean of ``J^T J``, as `mvreg.stages.judge.stability`; 0 where something slides.
+    """Of the mean of ``J^T J``, as `mvreg.stages.judge.localizability`; 0 where something slides.
 
     But the mean product (6, 6) is of two J from the normals of either scan: their noise, which is
     independent, then adds nothing. A sphere would look firm else, for its noisy normals.
@@ -156,7 +175,7 @@ def smallest_eigenvalue(product: Array) -> float:
     return max(float(np.linalg.eigvalsh((product + product.T) / 2)[0]), 0.0)
 
 
-def best_step(normal: Array, right: Array) -> float:
+def gauss_newton_step(normal: Array, right: Array) -> float:
     """The length of the damped step (Gauss and Newton's) that closes the heights h best.
 
     Parameters
@@ -171,11 +190,11 @@ def best_step(normal: Array, right: Array) -> float:
     return float(np.linalg.norm(step))
 
 
-def _frames(meetings: Sequence[Meeting]) -> list[tuple[int, Array]]:
-    """A group and ``T_group_source`` of each meeting: what shares a group shares a frame."""
-    if all(m.T_common_source is not None for m in meetings):
-        return [(0, m.T_common_source) for m in meetings if m.T_common_source is not None]
-    sources = [id(m.source) for m in meetings]
-    if len(set(sources)) > 1 and len({id(m.target) for m in meetings}) == 1:
-        return [(0, m.T_target_source) for m in meetings]
+def _frames(view_pairs: Sequence[ViewPair]) -> list[tuple[int, Array]]:
+    """A group and ``T_group_source`` of each view pair: what shares a group shares a frame."""
+    if all(m.T_common_source is not None for m in view_pairs):
+        return [(0, m.T_common_source) for m in view_pairs if m.T_common_source is not None]
+    sources = [id(m.source) for m in view_pairs]
+    if len(set(sources)) > 1 and len({id(m.target) for m in view_pairs}) == 1:
+        return [(0, m.T_target_source) for m in view_pairs]
     return [(sources.index(source), np.eye(4)) for source in sources]

@@ -1,4 +1,4 @@
-"""What two range scans show of each other under a pose: counts and sums, ready to be pooled."""
+"""Evidence of one view about another under a relative pose: counts and sums, ready to be pooled."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from mvreg.surface.range_image import RangeImage, Sensor
 from mvreg.types import Array, Indices, View
 from mvreg.types.lazy import kept_on_argument
 
-#: Points asked per view: shares of so many are known to two per cent.
+#: Points sampled per view: shares of so many are known to two per cent.
 MOST_POINTS = 1200
 #: Raw points that the noise floor of a scan is measured with.
-FLOOR_POINTS = 500
-#: Neighbours further apart than this are no overlap (resolutions).
-REACH = 2.0
+NOISE_FLOOR_POINTS = 500
+#: Largest distance of a point from a surface that it lies on (resolutions).
+EVIDENCE_DISTANCE = 2.0
 #: How far in front of a surface a point may be and still lie on it (resolutions).
 TOLERANCE = 2.0
-#: A point whose so-manieth neighbour is so many times farther than usual is not of the surface.
-COMPANY, STRAY = 4, 3.0
+#: A point whose n-th neighbour is this many times farther than the median is an outlier.
+OUTLIER_NEIGHBOURS, OUTLIER_FACTOR = 4, 3.0
 #: How many of a sensor's rays answer for a point, and how near they must be (resolutions).
 RAYS, RAY_REACH = 4, 1.0
-#: No scan is trusted to be better than this (resolutions): synthetic ones may have no noise at all.
-LEAST_FLOOR = 0.03
+#: Least noise floor (resolutions): synthetic ones may have no noise at all.
+LEAST_NOISE_FLOOR = 0.03
 
 
 @dataclass(frozen=True, eq=False)
-class Witness:
-    """What one view brings to every meeting, made ready once.
+class SurfaceSamples:
+    """Samples of the surface of one view, prepared once for all its view pairs.
 
     Parameters
     ----------
@@ -42,11 +42,11 @@ class Witness:
         What its sensor saw; None where nothing is known of that, nor can be told.
     rays : Rays or None
         Those of the image.
-    known : bool
+    sensor_known : bool
         Whether the scan itself says where its sensor was.
     reach : float
         Points further from the view's than this are not on its surface (length).
-    floor : float
+    noise_floor : float
         Root mean square distance of the scan's own other points to the planes of the view: noise,
         and what the surface curves between points (length).
     centre, radius
@@ -57,27 +57,27 @@ class Witness:
     normals: Array
     image: RangeImage | None
     rays: Rays | None
-    known: bool
+    sensor_known: bool
     reach: float
-    floor: float
+    noise_floor: float
     centre: Array
     radius: float
 
 
 @kept_on_argument
-def witness(view: View) -> Witness:
+def surface_samples(view: View) -> SurfaceSamples:
     """The view made ready; kept on the view."""
-    reach = REACH * max(view.scale.resolution, view.resolution)
-    known = view.scan is not None and view.scan.knows_sensor
-    asked = _surface_points(view)
-    points = view.points[asked]
+    reach = EVIDENCE_DISTANCE * max(view.scale.resolution, view.resolution)
+    sensor_known = view.scan is not None and view.scan.knows_sensor
+    sampled = _surface_points(view)
+    points = view.points[sampled]
     centre = points.mean(axis=0) if len(points) else np.zeros(3)
     radius = float(np.sqrt(((points - centre) ** 2).sum(axis=1).max(initial=0.0)))
     image = RangeImage.of(view, Sensor.estimated)
     rays = None if image is None else image.rays(_ray_reach(view))
-    return Witness(
-        points, view.normals[asked], image, rays, known, reach,
-        max(_noise_floor(view, reach), LEAST_FLOOR * view.scale.resolution), centre, radius,
+    return SurfaceSamples(
+        points, view.normals[sampled], image, rays, sensor_known, reach,
+        max(_noise_floor(view, reach), LEAST_NOISE_FLOOR * view.scale.resolution), centre, radius,
     )  # fmt: skip
 
 
@@ -88,12 +88,12 @@ def _ray_reach(view: View) -> float:
 
 def _surface_points(view: View) -> Indices:
     """Positions of some of the view's points, evenly from its list, less what strays alone."""
-    asked: Indices = np.arange(0, len(view.points), max(1, -(-len(view.points) // MOST_POINTS)))
-    if len(view.points) <= COMPANY:
-        return asked
-    distances, _ = view.tree.query(view.points[asked], k=[COMPANY + 1])
-    stray = distances[:, 0] > STRAY * np.median(distances)
-    kept: Indices = asked[~stray]
+    sampled: Indices = np.arange(0, len(view.points), max(1, -(-len(view.points) // MOST_POINTS)))
+    if len(view.points) <= OUTLIER_NEIGHBOURS:
+        return sampled
+    distances, _ = view.tree.query(view.points[sampled], k=[OUTLIER_NEIGHBOURS + 1])
+    outlier = distances[:, 0] > OUTLIER_FACTOR * np.median(distances)
+    kept: Indices = sampled[~outlier]
     return kept
 
 
@@ -103,29 +103,29 @@ def _noise_floor(view: View, reach: float) -> float:
         return 0.0
     own = view.scan is None or len(view.scan.points) < 2 * len(view.points)
     points = view.points if own or view.scan is None else view.scan.points
-    step = -(-len(points) // FLOOR_POINTS)
+    step = -(-len(points) // NOISE_FLOOR_POINTS)
     queries = points[step // 2 :: step]
     distances, indices = view.tree.query(queries, k=2, distance_upper_bound=reach)
     # A point that is itself one of the view's says nothing: its neighbour does.
     same = distances[:, 0] <= 1e-6 * reach
     distance = np.where(same, distances[:, 1], distances[:, 0])
     index = np.where(same, indices[:, 1], indices[:, 0])
-    met = np.isfinite(distance)
-    gaps = queries[met] - view.points[index[met]]
-    heights = (gaps * view.normals[index[met]]).sum(axis=1)
-    return float(np.sqrt((heights**2).mean())) if met.any() else 0.0
+    in_contact = np.isfinite(distance)
+    gaps = queries[in_contact] - view.points[index[in_contact]]
+    heights = (gaps * view.normals[index[in_contact]]).sum(axis=1)
+    return float(np.sqrt((heights**2).mean())) if in_contact.any() else 0.0
 
 
 @dataclass(frozen=True, eq=False)
-class Side:
-    """What the points of one view show on the surface of another.
+class DirectedEvidence:
+    """Evidence of the points of one view on the surface of another.
 
     With p about `centre`, the points' own unit normals n and the other's planes' m in the frame of
     their view, and h the signed distances of those met to these planes:
 
     Parameters
     ----------
-    met : (P,) array of bool
+    in_contact : (P,) array of bool
         Which of the points lie on the surface, normals agreeing.
     count : int
         How many they are.
@@ -137,50 +137,52 @@ class Side:
         Near the points, in the frame of their view; the sum of p (length).
     second : float
         Sum of ``p^2`` (length^2).
-    mixed, plain : (6, 6) arrays
+    cross_information, information : (6, 6) arrays
         Sums of the products of ``[p x n, n]`` and ``[p x m, m]``, and of the latter and itself.
-    pushed : (6,) array
+    gradient : (6,) array
         Sum of ``h [p x m, m]``, h in resolutions.
     consistent, front : int
         Points that lie on what the other's sensor saw, and those in front of it, in what it saw to
         be free.
-    told, known : bool
-        False where nothing can be told of the other's sensor; `known` where the scan says it.
-    floor : float
+    has_sensor, sensor_known : bool
+        False where nothing is known of the other's sensor; `sensor_known` where the scan says it.
+    noise_floor : float
         The noise floor of the two views (resolutions).
     """
 
-    met: Flags
+    in_contact: Flags
     count: int
     near: int
     squared: float
     centre: Array
     first: Array
     second: float
-    mixed: Array
-    plain: Array
-    pushed: Array
+    cross_information: Array
+    information: Array
+    gradient: Array
     consistent: int
     front: int
-    told: bool
-    known: bool
-    floor: float
+    has_sensor: bool
+    sensor_known: bool
+    noise_floor: float
 
 
-def may_meet(moving: View, still: View, T_still_moving: Array) -> bool:
-    """Whether a look, from the one at the other or back, may find anything."""
-    here, there = witness(moving), witness(still)
-    return evidence.may_meet(
+def may_overlap(moving: View, still: View, T_still_moving: Array) -> bool:
+    """Whether two views, in either direction, may have any contact."""
+    here, there = surface_samples(moving), surface_samples(still)
+    return evidence.may_overlap(
         here.centre, here.radius, here.rays, there.centre, there.radius, there.rays,
         T_still_moving, max(here.reach, there.reach),
     )  # fmt: skip
 
 
-def look(moving: View, still: View, T_still_moving: Array, step: int = 1) -> Side:
-    """What the points of `moving`, every `step`-th of them, show on the surface of `still`."""
-    here, there = witness(moving), witness(still)
+def directed_evidence(
+    moving: View, still: View, T_still_moving: Array, step: int = 1
+) -> DirectedEvidence:
+    """Evidence of every `step`-th point of `moving` on the surface of `still`."""
+    here, there = surface_samples(moving), surface_samples(still)
     reach = _ray_reach(still)
-    seen = evidence.look(
+    seen = evidence.directed_evidence(
         still.tree, still.normals, here.points[::step], here.normals[::step],
         here.centre, here.radius,
         T_still_moving, there.reach, LEAST_COSINE,
@@ -188,10 +190,10 @@ def look(moving: View, still: View, T_still_moving: Array, step: int = 1) -> Sid
         there.rays, RAYS, TOLERANCE * reach / RAY_REACH,
     )  # fmt: skip
     unit = moving.scale.resolution or 1.0
-    floor = np.sqrt((here.floor**2 + there.floor**2) / 2) / unit
-    return Side(
-        seen.met, int(seen.met.sum()), seen.near, seen.squared / unit**2, here.centre,
-        seen.first, seen.second, seen.mixed, seen.plain, seen.pushed / unit,
+    noise_floor = np.sqrt((here.noise_floor**2 + there.noise_floor**2) / 2) / unit
+    return DirectedEvidence(
+        seen.in_contact, int(seen.in_contact.sum()), seen.near, seen.squared / unit**2, here.centre,
+        seen.first, seen.second, seen.cross_information, seen.information, seen.gradient / unit,
         seen.consistent, seen.front,
-        there.rays is not None, there.known, float(floor),
+        there.rays is not None, there.sensor_known, float(noise_floor),
     )  # fmt: skip

@@ -16,10 +16,10 @@ def near_boxes(clouds: Sequence[Array], reach: float) -> list[tuple[int, int]]:
     the time goes with the number of pairs that do.
     """
     low, high = ([end(cloud, axis=0) for cloud in clouds] for end in (np.min, np.max))
-    return meeting(low, high, reach)
+    return boxes_within(low, high, reach)
 
 
-def meeting(
+def boxes_within(
     lowest: Sequence[Array], highest: Sequence[Array], reach: float
 ) -> list[tuple[int, int]]:
     """Pairs i < j of boxes that come within `reach` of each other."""

@@ -13,6 +13,14 @@ from mvreg.parallel import in_threads, slices, threads
 if TYPE_CHECKING:
     from mvreg.kernels.tree import Tree
 
+__all__ = [
+    "build_tree",
+    "mean_spacing",
+    "median_spacing",
+    "nearest",
+    "within",
+]
+
 #: Queries run on all cores; the answers do not depend on how many there are.
 WORKERS = threads()
 #: So many queries make a part worth a thread's while.
@@ -86,8 +94,8 @@ def within(tree: Tree, queries: Array, reach: float) -> tuple[Indices, Indices, 
 def mean_spacing(points: Array, tree: Tree | None = None, most: int = 5000) -> float:
     """Mean distance of a point to the nearest other point, d_X (length).
 
-    At most `most` points are asked, evenly spread over the list. Duplicates count as one point.
-    Zero where all points coincide or there is only one.
+    Of `points` (N, 3) at most `most` are asked, evenly spread over the list. Duplicates count as
+    one point. Zero where all points coincide or there is only one.
     """
     if len(points) < 2:
         return 0.0
@@ -102,7 +110,7 @@ def mean_spacing(points: Array, tree: Tree | None = None, most: int = 5000) -> f
 
 
 def median_spacing(clouds: Sequence[Array]) -> float:
-    """Median over the clouds of `mean_spacing`: one length for a whole set."""
+    """Median over the clouds (N, 3) of `mean_spacing`: one length for a whole set."""
     return median_positive(in_threads(mean_spacing, clouds))
 
 

@@ -6,6 +6,22 @@ import numpy as np
 
 from mvreg.geometry.arrays import Array
 
+__all__ = [
+    "about",
+    "apply",
+    "exp",
+    "fit",
+    "from_parts",
+    "invert",
+    "log",
+    "project",
+    "random",
+    "rotation_angle",
+    "rotation_from_quaternion",
+    "rotation_vector",
+    "skew",
+]
+
 
 def apply(transform: Array, points: Array) -> Array:
     """Transform points.
@@ -90,7 +106,7 @@ def rotation_angle(first: Array, second: Array) -> Array:
 
 
 def random(rng: np.random.Generator, shift: float = 0.0) -> Array:
-    """A rigid motion: a uniform rotation, and a translation uniform within +-`shift`."""
+    """A rigid motion (4, 4): a uniform rotation, and a translation uniform within +-`shift`."""
     quaternion = rng.normal(size=4)
     return from_parts(
         rotation_from_quaternion(quaternion), rng.uniform(-shift, shift, size=3) if shift else

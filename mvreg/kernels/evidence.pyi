@@ -3,7 +3,7 @@ from mvreg.kernels.rays import Rays
 from mvreg.kernels.results import Sight
 from mvreg.kernels.tree import Tree
 
-def look(
+def directed_evidence(
     tree: Tree,
     planes: Array,
     points: Array,
@@ -18,7 +18,7 @@ def look(
     most_rays: int,
     tolerance: float,
 ) -> Sight: ...
-def may_meet(
+def may_overlap(
     centre: Array,
     radius: float,
     rays: Rays | None,

@@ -3,9 +3,9 @@
 # distutils: language = c++
 """What the points of one scan show on the surface of another, and before what its sensor saw.
 
-A meeting of two scans is one pass over the points of each, and leaves sums: about a centre that is
-near, so that nothing cancels however far away the scans' frames begin. From these follows whatever
-is asked of the points together, in any frame.
+A view pair of two scans is one pass over the points of each, and leaves sums: about a centre that
+is near, so that nothing cancels however far away the scans' frames begin. From these follows
+whatever is asked of the points together, in any frame.
 """
 
 from libc.math cimport fabs, sqrt
@@ -32,7 +32,7 @@ cdef struct Sums:
     double pushed[6]
 
 
-def look(
+def directed_evidence(
     Tree tree not None, planes, points, normals, centre, double radius, transform, double reach,
     double least_cosine, bint oriented, Rays rays, int most_rays, double tolerance
 ):
@@ -157,11 +157,11 @@ cdef bint add(
     return True
 
 
-def may_meet(
+def may_overlap(
     centre, double radius, Rays rays, other_centre, double other_radius, Rays other_rays,
     transform, double reach
 ):
-    """Whether `look` could find anything either way between two scans; True if in doubt.
+    """Whether `directed_evidence` could find anything either way between two scans; True if in doubt.
 
     Parameters
     ----------
@@ -172,7 +172,7 @@ def may_meet(
     transform : (4, 4) array
         ``T_still_moving``.
     reach : float
-        As in `look`, the larger one of the two scans (length).
+        As in `directed_evidence`, the larger one of the two scans (length).
     """
     cdef const double[::1] own = checks.floats("centre", centre, 3)
     cdef const double[::1] other = checks.floats("other_centre", other_centre, 3)

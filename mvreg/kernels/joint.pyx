@@ -174,7 +174,7 @@ def contacts(
     reach : float
         No patch whose origin is farther away counts.
     stride : int
-        Every so-manieth sample is asked.
+        Every n-th sample is used.
     flat : bool
         Ask tangent planes, however far away from their middle; else a sample must lie on the patch
         no farther along than the patch reaches.

@@ -1,7 +1,7 @@
 from mvreg.geometry.arrays import Array, Indices
 from mvreg.kernels.tree import Tree
 
-def touch(
+def contact_heights(
     tree: Tree,
     planes: Array,
     points: Array,

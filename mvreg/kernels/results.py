@@ -50,7 +50,7 @@ class Sight(NamedTuple):
 
     Parameters
     ----------
-    met : (P,) array of bool
+    in_contact : (P,) array of bool
         The points on the surface, normals agreeing.
     near, consistent, front : int
         Points that near, whatever their normals; those on what the sensor saw, and before it.
@@ -60,19 +60,19 @@ class Sight(NamedTuple):
         Sum of p.
     second : float
         Sum of ``p^2``.
-    mixed, plain : (6, 6) arrays
+    cross_information, information : (6, 6) arrays
         Sums of the products of ``[p x n, n]`` and ``[p x m, m]``, and of the latter and itself.
-    pushed : (6,) array
+    gradient : (6,) array
         Sum of ``h [p x m, m]``.
     """
 
-    met: NDArray[np.bool_]
+    in_contact: NDArray[np.bool_]
     near: int
     consistent: int
     front: int
     squared: float
     first: Array
     second: float
-    mixed: Array
-    plain: Array
-    pushed: Array
+    cross_information: Array
+    information: Array
+    gradient: Array

@@ -1,4 +1,4 @@
-"""What a person sees during a run: a live progress bar, and the table at the end."""
+"""Progress on the screen during a run, and the table at its end."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Writes the run folder: ``pairs.csv`` as it goes; ``result.json``, poses and models at the end."""
+"""Write the run folder: ``pairs.csv`` as it goes; ``result.json``, poses and models at the end."""
 
 from __future__ import annotations
 

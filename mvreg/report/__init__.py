@@ -1,1 +1,1 @@
-"""What a run leaves behind: result.json, pairs.csv and the tables on the screen."""
+"""The results of a run: result.json, pairs.csv, and the tables on the screen."""

@@ -1,4 +1,4 @@
-"""What ``result.json`` holds: one plain dictionary about a run."""
+"""Build the report of a run: the dictionary that ``result.json`` holds."""
 
 from __future__ import annotations
 

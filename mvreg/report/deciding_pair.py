@@ -1,4 +1,4 @@
-"""Which of all the attempts tells most about a scan, or about a partial model."""
+"""The deciding pair: the attempt that placed a scan or a partial model, or came closest to it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def component_of(result: Result) -> dict[str, int]:
     }
 
 
-def telling_pair(name: str, result: Result) -> Pair | None:
+def deciding_pair(name: str, result: Result) -> Pair | None:
     """The attempt that says most about a scan.
 
     For a placed scan the accepted pair that it came in with, as the source or, where a strategy
@@ -57,7 +57,7 @@ def reason_of(pair: Pair | None, placed: bool) -> str | None:
     if pair is None:
         return None
     if pair.verdict.reliable and not placed:
-        return "accepted at first, and taken back"
+        return "accepted at first, then withdrawn"
     return pair.verdict.reason
 
 

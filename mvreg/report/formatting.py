@@ -1,4 +1,4 @@
-"""Numbers, lengths and grades as a person reads them."""
+"""Format numbers, lengths and grades for display."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 #: A grade's word, in capitals where it must stand out without colours, and its colour.
 GRADES = {"green": ("green", "green"), "amber": ("amber", "yellow"), "red": ("RED", "bold red")}
 #: A confidence that would be rounded to 1 is not told as certainty.
-NEARLY_SURE = 0.995
+ROUNDS_TO_ONE = 0.995
 
 
 def number(value: float | None, form: str) -> str:
@@ -29,7 +29,7 @@ def unit(report: Mapping[str, Any]) -> str:
 
 def confidence(value: float | None) -> str:
     """A probability with two decimals, never 1."""
-    return ">0.99" if value is not None and value >= NEARLY_SURE else number(value, ".2f")
+    return ">0.99" if value is not None and value >= ROUNDS_TO_ONE else number(value, ".2f")
 
 
 def count(items: int, word: str) -> str:

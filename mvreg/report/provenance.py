@@ -1,4 +1,4 @@
-"""Where numbers come from: the code's commit, and the machine, with nothing private in it."""
+"""Provenance of a result: the code's commit and the machine, with nothing private."""
 
 from __future__ import annotations
 

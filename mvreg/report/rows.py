@@ -7,20 +7,20 @@ from collections.abc import Mapping, Sequence
 
 from mvreg.evaluation.grade import (
     AMBER_CONFIDENCE,
-    GREEN_BALANCE,
     GREEN_CONFIDENCE,
-    GREEN_OVERLAP,
-    GREEN_WITHIN,
+    GREEN_COVERAGE,
+    GREEN_INLIER_RATIO,
+    GREEN_STRENGTH,
 )
 from mvreg.evaluation.pose_errors import Consistency, PoseErrors, ScanError, consistency
 from mvreg.evaluation.records import Assessment, LinkAssessment, ScanAssessment
-from mvreg.report.deciding_pair import component_of, joining_pair, reason_of, telling_pair
+from mvreg.report.deciding_pair import component_of, deciding_pair, joining_pair, reason_of
 from mvreg.types import Link, Pair, Result, View
 
 Row = dict[str, object]
 #: What a judge's reason begins with where several poses fit, or none is held.
 AMBIGUOUS = "ambiguous"
-#: Digits of what is told of evidence: more are noise, and would double the size of a report.
+#: Significant digits of evidence: more are noise, and would double the size of a report.
 DIGITS = 6
 
 
@@ -30,7 +30,7 @@ def scan_row(
     """What there is to say of one scan."""
     number = component_of(result).get(name)
     first = {next(iter(poses), None) for poses in result.components} | {result.reference}
-    pair = None if name in first else telling_pair(name, result)
+    pair = None if name in first else deciding_pair(name, result)
     mse = pair.trimmed_mse if pair else None
     error, found = errors.get(name), assessment.scans.get(name)
     return {
@@ -63,10 +63,10 @@ def assessment_row(found: ScanAssessment) -> Row:
         "grade": found.grade.value if found.grade else None,
         "confidence": found.confidence,
         "reason": found.reason,
-        "overlap": found.overlap,
-        "within": found.within,
+        "coverage": found.coverage,
+        "inlier_ratio": found.inlier_ratio,
         "rms": found.rms,
-        "balance": list(found.balance),
+        "strength": list(found.strength),
         "uncertainty": {"angle_deg": off.rotation, "translation": off.translation} if off else None,
     }
 
@@ -86,7 +86,7 @@ def _link_row(link: LinkAssessment, links: Sequence[Link], resolution: float | N
         "target": link.target,
         "component": link.component,
         "confidence": link.confidence,
-        "overlap": link.overlap,
+        "contact_ratio": link.contact_ratio,
         "rms": link.rms,
         "rms_resolutions": link.rms / resolution if resolution else None,
         "adjusted_points": points if adjusted else None,
@@ -141,9 +141,9 @@ def grade_row(assessment: Assessment, resolution: float | None) -> Row:
         "tolerance": assessment.tolerance,
         "tolerance_resolutions": assessment.tolerance / resolution if resolution else None,
         "confidence": GREEN_CONFIDENCE,
-        "overlap": GREEN_OVERLAP,
-        "within": GREEN_WITHIN,
-        "balance": GREEN_BALANCE,
+        "coverage": GREEN_COVERAGE,
+        "inlier_ratio": GREEN_INLIER_RATIO,
+        "strength": GREEN_STRENGTH,
         "amber_confidence": AMBER_CONFIDENCE,
     }
 

@@ -1,4 +1,4 @@
-"""The lines below the table: what the colours mean, errors, times, and what was not joined."""
+"""The lines below the table: legend, errors, times, and what was not joined."""
 
 from __future__ import annotations
 
@@ -40,11 +40,12 @@ def _legend(report: Report) -> list[str]:
     near = f"{length(limits['tolerance'], report)} {unit(report)}"
     return [
         "",
-        f"green: confidence {limits['confidence']:.2f}, overlap {limits['overlap']:.2f}, "
-        f"within {limits['within']:.2f}, balance {limits['balance']:.2f} or more; "
-        f"RED: confidence below {limits['amber_confidence']:.2f}",
-        f"overlap: share of its points on other scans; within: share of these up to {near} off",
-        "balance: how firmly the others hold it along its weakest axis, from 0 to 1",
+        f"green: confidence {limits['confidence']:.2f}, coverage {limits['coverage']:.2f}, "
+        f"inlier ratio {limits['inlier_ratio']:.2f}, weakest axis {limits['strength']:.2f} or more",
+        f"RED: confidence below {limits['amber_confidence']:.2f}; "
+        "covered: share of the scan's points in contact with others (coverage)",
+        f"inlier ratio: share of these within {near} of the other scan's tangent plane",
+        "weakest axis: strength of the overlap along it, from 0 (free to slide) to 1",
     ]
 
 
@@ -61,7 +62,7 @@ def _placed_line(report: Report) -> str:
 
 
 def _error_line(start: str, part: Report, report: Report) -> list[str]:
-    """Errors of the poses in one frame; lengths are told as `report` has them."""
+    """Errors of the poses in one frame; lengths in the unit of `report`."""
     errors = part.get("errors")
     if not errors:
         return []
@@ -89,7 +90,7 @@ def _consistency_lines(report: Report) -> list[str]:
 
 
 def _doubts(report: Report) -> list[str]:
-    """What speaks against the poses that are red."""
+    """The objections to the poses graded red."""
     found = [(row.get("name"), row.get("assessment") or {}) for row in report.get("scans", [])]
     return [
         f"{name} is RED: {said['reason']}" for name, said in found if said.get("grade") == "red"

@@ -98,7 +98,7 @@ def _heading(part: Row, rows: Sequence[Row]) -> Text:
 def _headings(report: Mapping[str, Any]) -> list[str]:
     unit = formatting.unit(report).replace(" ", "\n")
     if _assessed(report):
-        headings = ["grade", "conf.", "overlap", "within", "balance", f"RMS\n({unit})"]
+        headings = ["grade", "conf.", "covered", "inlier\nratio", "weakest\naxis", f"RMS\n({unit})"]
     else:
         headings = ["overlap", f"trimmed\nRMSE\n({unit})"]
     if _has_errors(report):
@@ -144,8 +144,8 @@ def _assessment_cells(found: Row, report: Mapping[str, Any]) -> list[str | Text]
     return [
         Text(word, style=style),
         formatting.confidence(found.get("confidence")),
-        formatting.number(found.get("overlap"), ".2f"),
-        formatting.number(found.get("within"), ".2f"),
-        formatting.number(min(found.get("balance") or [None]), ".2f"),
+        formatting.number(found.get("coverage"), ".2f"),
+        formatting.number(found.get("inlier_ratio"), ".2f"),
+        formatting.number(min(found.get("strength") or [None]), ".2f"),
         formatting.length(found.get("rms"), report),
     ]

@@ -1,4 +1,4 @@
-"""How tightly the surfaces of placed views lie on each other; needs no ground truth."""
+"""Consistency of placed surfaces, as point-to-plane distances; needs no ground truth."""
 
 from __future__ import annotations
 
@@ -10,7 +10,13 @@ import numpy as np
 from mvreg.geometry import se3
 from mvreg.geometry.arrays import Array
 from mvreg.parallel import in_parts
-from mvreg.surface.overlap import MOST_POINTS, REACH, build_trees, neighbours, touch
+from mvreg.surface.overlap import (
+    CONTACT_DISTANCE,
+    MOST_POINTS,
+    build_trees,
+    contact_heights,
+    neighbours,
+)
 from mvreg.types import View
 
 #: Of more views than this, sets of poses are compared by fewer points a pair, but by so many at
@@ -78,8 +84,8 @@ def consistency(poses: Mapping[str, Array], views: Sequence[View]) -> Consistenc
     )
 
 
-def closeness(poses: Mapping[str, Array], views: Sequence[View]) -> float:
-    """How much of the surfaces meets, and how closely: one number, to compare sets of poses by.
+def fit_score(poses: Mapping[str, Array], views: Sequence[View]) -> float:
+    """Truncated least-squares score of placed surfaces, to compare sets of poses by.
 
     Truncated least squares: every distance h that `consistency` measures counts ``1 - h^2``, in
     resolutions, if that is positive. Unlike the mean distance it does not fall when surfaces begin
@@ -101,13 +107,15 @@ def _heights(
     resolution = placed[0].scale.resolution if placed else 0.0
     if len(placed) < 2 or not resolution > 0:
         return []
-    reach = REACH * resolution
+    reach = CONTACT_DISTANCE * resolution
     pairs = neighbours(placed, poses, reach)
     inverse = [se3.invert(poses[view.name]) for view in placed]
     build_trees(placed)
 
     def heights(pair: tuple[int, int]) -> Array:
         source, target = (placed[k] for k in pair)
-        return touch(source, target, inverse[pair[1]] @ poses[source.name], reach, most)[1]
+        return contact_heights(source, target, inverse[pair[1]] @ poses[source.name], reach, most)[
+            1
+        ]
 
     return [found for found in in_parts(heights, pairs) if len(found)]

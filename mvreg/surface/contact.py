@@ -1,4 +1,4 @@
-"""Where placed scans lie on each other, point by point; needs no ground truth."""
+"""Contact between placed scans, point by point; needs no ground truth."""
 
 from __future__ import annotations
 
@@ -10,27 +10,34 @@ from numpy.typing import NDArray
 
 from mvreg.geometry import se3
 from mvreg.parallel import in_threads
-from mvreg.surface.overlap import REACH, asked, build_trees, neighbours, touch
+from mvreg.surface.overlap import (
+    CONTACT_DISTANCE,
+    build_trees,
+    contact_heights,
+    neighbours,
+    sampled,
+)
 from mvreg.types import Array, View
 
 
 @dataclass(frozen=True, eq=False)
 class Contact:
-    """What of one view lies on another, of the points that were asked.
+    """Which of the sampled points of one view are in contact with another.
 
-    `met` (S,) tells which of the asked points of the source have the target's surface beside them,
-    with a normal that agrees; `heights` (M,) are the point-to-plane distances of those, in order.
+    `in_contact` (S,) tells which of the sampled points of the source have the target's surface
+    beside them, with a normal that agrees; `heights` (M,) are the point-to-plane distances of
+    those, in order.
     """
 
     source: View
     target: View
-    met: NDArray[np.bool_]
+    in_contact: NDArray[np.bool_]
     heights: Array
 
     @property
-    def overlap(self) -> float:
+    def contact_ratio(self) -> float:
         """Share of the source's points that met."""
-        return float(self.met.mean())
+        return float(self.in_contact.mean())
 
 
 def contacts(poses: Mapping[str, Array], views: Sequence[View]) -> list[Contact]:
@@ -52,7 +59,7 @@ def contacts(poses: Mapping[str, Array], views: Sequence[View]) -> list[Contact]
         Those without a single point that met are left out.
     """
     placed = [view for view in views if view.name in poses and len(view.points)]
-    reach = REACH * max((coarse(view) for view in placed), default=0.0)
+    reach = CONTACT_DISTANCE * max((surface_spacing(view) for view in placed), default=0.0)
     if len(placed) < 2 or not reach > 0:
         return []
     pairs = neighbours(placed, poses, reach)
@@ -63,30 +70,32 @@ def contacts(poses: Mapping[str, Array], views: Sequence[View]) -> list[Contact]
         source, target = (placed[k] for k in pair)
         return _contact(source, target, inverse[pair[1]] @ poses[source.name])
 
-    return [found for found in in_threads(contact, pairs) if found.met.any()]
+    return [found for found in in_threads(contact, pairs) if found.in_contact.any()]
 
 
-def coarse(view: View) -> float:
+def surface_spacing(view: View) -> float:
     """The spacing (length) at which a view's surface is known: its own, if it is a sparse one."""
     return max(view.scale.resolution, view.resolution)
 
 
 def _contact(source: View, target: View, T_target_source: Array) -> Contact:
-    which, heights = touch(source, target, T_target_source, REACH * coarse(target))
-    met = np.zeros(len(source.points[asked(source)]), dtype=bool)
-    met[which] = True
-    return Contact(source, target, met, heights)
+    which, heights = contact_heights(
+        source, target, T_target_source, CONTACT_DISTANCE * surface_spacing(target)
+    )
+    in_contact = np.zeros(len(source.points[sampled(source)]), dtype=bool)
+    in_contact[which] = True
+    return Contact(source, target, in_contact, heights)
 
 
-def balance_of(normals: Array) -> tuple[float, float, float]:
-    """How well a surface holds against a shift along each axis, the other two being free.
+def axis_strength(normals: Array) -> tuple[float, float, float]:
+    """Translational strength of a surface along each axis, the other two being free.
 
     With the mean M of ``n n^T`` over the unit normals, what a shift along an axis costs once the
     shifts along the others have given way is ``1 / (M^-1)_aa``, the Schur complement of the others
     in M. Three times that is 1 where the normals are spread evenly, as on a sphere, and 0 where the
     scan can slide along the axis. Without the others' giving way it would be ``3 M_aa``, which is
     1 for a slanted plane that holds hardly anything. It is about shifts alone: a sphere, which can
-    turn, has balance 1.
+    turn, has strength 1.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""How far poses move the points of a view, and whether points have a pose at all."""
+"""How far poses move the points of a view, and whether points determine a pose."""
 
 from __future__ import annotations
 

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from mvreg.geometry.boxes import meeting
+from mvreg.geometry.boxes import boxes_within
 from mvreg.kernels import overlap
 from mvreg.types import Array, Indices, View
 
-#: Neighbours further apart than this are no overlap (resolutions).
-REACH = 3.0
+#: Largest distance of a point from a surface that it is in contact with (resolutions).
+CONTACT_DISTANCE = 3.0
 #: Normals that differ by more than about 45 degrees belong to different sheets of a surface.
 LEAST_COSINE = 0.7
-#: Points asked per ordered pair of views: the median of so many is stable to a per cent.
+#: Points sampled per ordered pair of views: the median of so many is stable to a per cent.
 MOST_POINTS = 1000
 
 
@@ -42,30 +42,30 @@ def neighbours(
         Positions in `views`.
     """
     boxes = [overlap.box(view.points, poses[view.name]) for view in views]
-    pairs = meeting([low for low, _ in boxes], [high for _, high in boxes], reach)
+    pairs = boxes_within([low for low, _ in boxes], [high for _, high in boxes], reach)
     return sorted([*pairs, *((j, i) for i, j in pairs)])
 
 
-def asked(view: View, most: int = MOST_POINTS) -> slice:
-    """The points of a view that are asked: at most so many, evenly spread over the list."""
+def sampled(view: View, most: int = MOST_POINTS) -> slice:
+    """The points of a view that are sampled: at most `most`, evenly spread over the list."""
     return slice(None, None, max(1, -(-len(view.points) // most)))
 
 
-def touch(
+def contact_heights(
     source: View, target: View, T_target_source: Array, reach: float, most: int = MOST_POINTS
 ) -> tuple[Indices, Array]:
-    """Where the asked points of a view, at most so many, lie on the surface of another.
+    """Where the sampled points of a view, at most `most`, lie on the surface of another.
 
     Returns
     -------
     which : (M,) array
-        Positions among the points `asked`: those with a neighbour within `reach` (length), and a
+        Positions among the points `sampled`: those with a neighbour within `reach` (length), and a
         normal that agrees with its own.
     heights : (M,) array
         Their distances from the tangent planes there (length).
     """
-    chosen = asked(source, most)
-    return overlap.touch(
+    chosen = sampled(source, most)
+    return overlap.contact_heights(
         target.tree, target.normals, source.points[chosen], source.normals[chosen],
         T_target_source, reach, LEAST_COSINE,
     )  # fmt: skip

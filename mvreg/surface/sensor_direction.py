@@ -1,4 +1,4 @@
-"""Where the sensor of a scan was, told from the points alone.
+"""Estimate the direction of a scan's sensor from its points alone.
 
 Two cues. A range image samples the space across its rays evenly, so that its points are the denser
 the more the surface faces the sensor: density over ``|n . d|`` is constant for the direction d of

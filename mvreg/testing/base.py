@@ -1,4 +1,4 @@
-"""What holds for a stage of any kind."""
+"""The contract of every stage."""
 
 from __future__ import annotations
 

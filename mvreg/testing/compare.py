@@ -1,4 +1,4 @@
-"""How tests compare what stages take and give: bit for bit, or by what it means."""
+"""Comparisons for tests of stages: bit for bit, or up to rounding."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What must hold for every result of a run."""
+"""Invariants of every result."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Prepared views to feed to stages: overlapping ones, and ones that nothing can be made of."""
+"""Prepared views for tests: overlapping ones, and degenerate ones."""
 
 from __future__ import annotations
 

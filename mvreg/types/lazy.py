@@ -1,4 +1,4 @@
-"""What is worked out once for each object, when it is first asked for, and kept on it."""
+"""Properties that are computed once, on first access."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The records that stages hand to each other: matches, candidates, registrations, results.
+"""The records that stages exchange: matches, candidates, registrations, results.
 
 Public as part of `mvreg.types`.
 """
@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mvreg.geometry.arrays import Array, Indices
-from mvreg.types.view import Model
+from mvreg.types.view import Model, View
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +61,7 @@ class Registration:
     `overlap` is the fraction of source points kept (xi), `trimmed_mse` the mean of their squared
     distances (length^2), `objective` what the refinement minimised; `pairs` (P, 2) are indices of
     source and target points under `T_target_source`, `distances` (P,) their lengths, and
-    `trim_distance` the largest length kept. `rivals` (R, 4, 4) are the other poses that were
+    `trim_distance` the largest length kept. `alternatives` (R, 4, 4) are the other poses that were
     considered for the pair, refined on few points, best first.
     """
 
@@ -76,7 +76,7 @@ class Registration:
     trim_distance: float
     iterations: int
     converged: bool
-    rivals: Array = field(default_factory=lambda: np.empty((0, 4, 4)))
+    alternatives: Array = field(default_factory=lambda: np.empty((0, 4, 4)))
 
 
 @dataclass(frozen=True)
@@ -138,7 +138,8 @@ class Result:
     `pairs` has every attempt, in order; `model` is the merged view where the strategy keeps one.
     An `adjust` stage may add the `covariances` (6, 6) of the poses, of small motions
     ``exp(twist) @ T_model_scan``, three of rotation (radians) and three of translation (length),
-    and the `links` that it rests on.
+    and the `links` that it rests on. `views` are the scans as they were prepared, in the order in
+    which they were given; `mvreg.register` fills them in, strategies leave them empty.
     """
 
     reference: str
@@ -149,3 +150,4 @@ class Result:
     components: tuple[Mapping[str, Array], ...] = ()
     covariances: Mapping[str, Array] = field(default_factory=dict)
     links: tuple[Link, ...] = ()
+    views: tuple[View, ...] = field(default=(), repr=False)

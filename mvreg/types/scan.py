@@ -6,8 +6,9 @@ Checked once, when they are made; all else may then rely on finite coordinates. 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -121,7 +122,7 @@ class ScanSet:
     frame of its own: poses of different objects do not compare, and a result that puts two of
     them into one frame is wrong. None where all scans are of one object.
     `motions` maps the names of scans that were moved since they were read to ``T_scan_read``
-    (4, 4): errors are told for the frames that the files have.
+    (4, 4): errors are reported for the frames that the files have.
     """
 
     name: str
@@ -144,3 +145,24 @@ class ScanSet:
             return self.poses
         shown = self.objects.get(scan)
         return {name: T for name, T in self.poses.items() if self.objects.get(name) == shown}
+
+
+def as_scans(scans: Sequence[Scan | Array] | ScanSet) -> tuple[Scan, ...]:
+    """Scans from whatever a caller has; bare arrays (N, 3) are named by their position.
+
+    Raises
+    ------
+    InputError
+        For a path, and for arrays that no `Scan` can be made of.
+    """
+    if isinstance(scans, ScanSet):
+        return scans.scans
+    if isinstance(scans, str | Path):
+        raise InputError(
+            f"expected scans, got {str(scans)!r}; for files use "
+            "mvreg.dataset('folder', path=...) and register what it returns"
+        )
+    return tuple(
+        scan if isinstance(scan, Scan) else Scan(f"scan_{index:03d}", scan)
+        for index, scan in enumerate(scans)
+    )

@@ -52,6 +52,12 @@ class Features:
     distances of descriptors are relative to it. A stage may declare it, as a constant measured on
     many scans, common to all it describes; None leaves it to be estimated from the descriptors,
     see `descriptor_spread`.
+
+    The scales ascend, and the first, ``normals[:, 0]``, is the normal of a keypoint wherever one is
+    needed: to turn registration points' normals to the same side, to merge a view into the model.
+    Propagation compares the normals of all scales; the overlap score of `best_first` takes a side
+    from the last. Where `oriented`, each of them points to the side that the sensor was on, as far
+    as that can be told. Keypoints are in no particular order; there may be none (K = 0).
     """
 
     keypoints: Array
@@ -107,6 +113,8 @@ class View:
     `points` (N, 3) with unit `normals` (N, 3) for refinement; `features` for the search;
     `resolution` is the mean nearest-neighbour distance of `points`, the paper's d_Q. `scan` has all
     the raw points in the same frame, and what is known of the sensor; None for a merged view.
+    Points are in no particular order and may be none (N = 0); `resolution` is then 0. Which way the
+    normals point is known only where `features.oriented`.
     """
 
     name: str

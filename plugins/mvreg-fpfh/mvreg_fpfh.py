@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import mvreg
-from mvreg.surface.normals import Orient, estimate_normals, orient
+from mvreg.surface import Orient, estimate_normals, orient
 from mvreg.types import Array, Features, Scan
 
 

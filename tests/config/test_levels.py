@@ -52,6 +52,41 @@ def test_what_the_chosen_stage_does_not_have_does_not_apply(monkeypatch):
     assert levels_of("seed=plain")[-1] == {"judge.min_overlap": 0.45, "propagate.keep": 15}
 
 
+@pytest.mark.parametrize("said", ["seed={top_fraction: 0.3}", "++seed={top_fraction: 0.3}"])
+def test_a_mapping_of_the_user_holds_at_every_level_too(said):
+    assert levels_of(said)[-1] == {"judge.min_overlap": 0.45, "propagate.keep": 15}
+    changed = load_method("fcpma", {"seed": {"top_fraction": 0.3}})
+    assert changed.strategy.levels[-1] == {"judge.min_overlap": 0.45, "propagate.keep": 15}
+
+
+@pytest.mark.parametrize("chosen", ["mine", "[delta,mine]"])
+def test_a_value_of_an_experiment_holds_at_every_level(monkeypatch, tmp_path, chosen):
+    (tmp_path / "experiment").mkdir()
+    mine = "# @package _global_\nseed:\n  top_fraction: 0.4\n"
+    (tmp_path / "experiment/mine.yaml").write_text(mine)
+    use(monkeypatch, mine=plugin_with({}, f"file://{tmp_path}"))
+    found = levels_of(f"+experiment={chosen}")
+    assert found[-1] == {"judge.min_overlap": 0.45, "propagate.keep": 15}
+    assert levels_of("+experiment=noise")[-1] == LAST
+
+
+def test_levels_of_the_user_are_not_made_one():
+    assert levels_of("strategy.levels=[{},{}]") == [{}, {}]
+    changed = levels_of("seed.top_fraction=0.3", "strategy.levels.2={seed.top_fraction: 0.9}")
+    assert changed[-1] == {**LAST, "seed.top_fraction": 0.9}
+
+
+def test_levels_that_are_no_mappings_are_a_strategys_own(monkeypatch):
+    @dataclass(frozen=True)
+    class Counted:
+        levels: int = 3
+
+        def __call__(self, views, pipeline, rng): ...
+
+    use(monkeypatch, counted=plugin_with({"strategy/counted": Counted}))
+    assert compose.compose(["strategy=counted"]).strategy.levels == 3
+
+
 @pytest.mark.parametrize("level", ["{seed.top_frction: 1}", "{sead.top_fraction: 1}", "{seed: 1}"])
 def test_a_level_that_names_nothing_is_refused(level):
     with pytest.raises(InputError, match=r"strategy\.levels: cannot change 's"):
@@ -60,9 +95,11 @@ def test_a_level_that_names_nothing_is_refused(level):
 
 def test_names_are_those_of_parameters():
     words = ["+method=fcpma", "seed=nearest", "judge.min_overlap=0.5", "~propagate.keep",
-             "++refine.exponent=2", "seed.top_fraction=0.1,0.2"]  # fmt: skip
+             "++refine.exponent=2", "seed.top_fraction=0.1,0.2", "describe={scales: 2}",
+             "strategy.levels.0.x=1"]  # fmt: skip
     assert list(levels.names_in(words)) == [
         "judge.min_overlap", "propagate.keep", "refine.exponent", "seed.top_fraction",
+        "describe.scales", "strategy.levels",
     ]  # fmt: skip
 
 

@@ -10,8 +10,10 @@ from mvreg.errors import InputError
 from mvreg.evaluation.assess import TOLERANCE, assess
 from mvreg.evaluation.grade import Grade, grade
 from mvreg.geometry import se3
-from mvreg.surface.contact import balance_of, contacts
+from mvreg.run import Method
+from mvreg.surface.contact import axis_strength, contacts
 from mvreg.testing import blob_scans
+from mvreg.testing.compare import digest
 from mvreg.testing.views import (
     blob_views,
     degenerate_views,
@@ -48,9 +50,9 @@ def test_right_poses_are_green():
     for scan in found.scans.values():
         assert scan.component == 1
         assert scan.confidence > 0.95
-        assert scan.overlap > 0.7
-        assert scan.within > 0.9
-        assert min(scan.balance) > 0.2 and max(scan.balance) <= 1
+        assert scan.coverage > 0.7
+        assert scan.inlier_ratio > 0.9
+        assert min(scan.strength) > 0.2 and max(scan.strength) <= 1
         assert 0 < scan.rms < found.tolerance
         assert scan.uncertainty is None
     assert found.tolerance == TOLERANCE * blob_views()[0].scale.resolution
@@ -66,7 +68,7 @@ def test_the_tolerance_follows_the_noise():
     assert assess(result(), quiet).tolerance == TOLERANCE * resolution
     found = assess(result(), noisy)
     assert TOLERANCE * resolution < found.tolerance < 2 * resolution
-    assert all(scan.within > 0.8 for scan in found.scans.values())
+    assert all(scan.inlier_ratio > 0.8 for scan in found.scans.values())
 
 
 def test_pairs_that_overlap_are_listed_once():
@@ -77,7 +79,7 @@ def test_pairs_that_overlap_are_listed_once():
         next(k for k in links if {k.source, k.target} == set(pair))
         for pair in [("blob_0", "blob_1"), ("blob_0", "blob_2")]
     )
-    assert next_to.overlap > across.overlap + 0.1, "40 degrees apart, and 80"
+    assert next_to.contact_ratio > across.contact_ratio + 0.1, "40 degrees apart, and 80"
     assert next_to.confidence > 0.9
     assert 0 < next_to.rms < blob_views()[0].scale.resolution
 
@@ -86,12 +88,12 @@ def test_a_wrong_pose_is_red_and_a_right_one_beside_it_is_not():
     found = assess(result(turned("blob_2", 40)), blob_views()).scans
     assert found["blob_2"].grade is Grade.red
     assert found["blob_2"].confidence < 0.5
-    assert found["blob_2"].within < 0.6
+    assert found["blob_2"].inlier_ratio < 0.6
     # What the wrong one meets does not count against the others.
     right = assess(result(), blob_views()).scans
     for name in ("blob_0", "blob_1"):
         assert found[name].grade is Grade.green
-        assert found[name].within == pytest.approx(right[name].within, abs=0.05)
+        assert found[name].inlier_ratio == pytest.approx(right[name].inlier_ratio, abs=0.05)
 
 
 def test_two_scans_that_contradict_each_other_are_both_red():
@@ -105,7 +107,7 @@ def test_a_pose_that_is_a_little_off_is_not_green(degrees):
     """The confidence may still hold it for right; the share within tolerance does not."""
     exact = assess(result(), blob_views()).scans["blob_2"]
     found = assess(result(turned("blob_2", degrees)), blob_views()).scans["blob_2"]
-    assert found.within < exact.within - 0.1
+    assert found.inlier_ratio < exact.inlier_ratio - 0.1
     assert found.grade is not Grade.green
 
 
@@ -132,8 +134,13 @@ def test_a_scan_alone_has_no_grade_and_one_that_touches_nothing_is_red():
     away = truth()
     away["blob_1"] = se3.from_parts(np.eye(3), np.full(3, 1e4))
     found = assess(result(away), blob_views()).scans["blob_1"]
-    assert (found.grade, found.confidence, found.within, found.rms) == (Grade.red, None, None, None)
-    assert (found.overlap, found.balance) == (0.0, (0.0, 0.0, 0.0))
+    assert (found.grade, found.confidence, found.inlier_ratio, found.rms) == (
+        Grade.red,
+        None,
+        None,
+        None,
+    )
+    assert (found.coverage, found.strength) == (0.0, (0.0, 0.0, 0.0))
 
 
 def test_nothing_depends_on_the_unit_of_length():
@@ -163,18 +170,63 @@ def test_nothing_depends_on_the_model_frame():
     move = se3.random(np.random.default_rng(1), 100.0)
     moved = assess(result({n: move @ T for n, T in truth().items()}), blob_views())
     for name, scan in assess(result(), blob_views()).scans.items():
-        assert moved.scans[name].within == pytest.approx(scan.within, abs=0.01)
-        assert moved.scans[name].overlap == pytest.approx(scan.overlap, abs=0.01)
-        assert moved.scans[name].balance == pytest.approx(scan.balance, abs=0.01)
+        assert moved.scans[name].inlier_ratio == pytest.approx(scan.inlier_ratio, abs=0.01)
+        assert moved.scans[name].coverage == pytest.approx(scan.coverage, abs=0.01)
+        assert moved.scans[name].strength == pytest.approx(scan.strength, abs=0.01)
 
 
-def test_a_library_user_may_pass_scans():
+def method() -> Method:
+    """Stages for small scans, and the strategy and adjustment of a named method."""
+    named = mvreg.load_method("fcpma")
+    return replace(named, pipeline=pipeline())
+
+
+def test_what_was_registered_is_not_prepared_again(monkeypatch):
     scans = blob_scans(3)
-    found = mvreg.assess(result(), scans)
-    assert found.scans["blob_1"].grade is Grade.green
-    assert found.scans == mvreg.assess(result(), list(scans.scans)).scans
-    with pytest.raises(InputError, match="blob_2, which is not among the scans"):
-        mvreg.assess(result(), list(scans.scans[:2]))
+    found = mvreg.register(scans, method())
+    assert [view.name for view in found.views] == [scan.name for scan in scans.scans]
+    expected = assess(replace(found, views=()), found.views)
+    assert "views=" not in repr(found)
+
+    def forbidden(*_):
+        raise AssertionError("prepared again")
+
+    monkeypatch.setattr(mvreg.Pipeline, "prepare", forbidden)
+    copies = [replace(scan, points=scan.points.copy()) for scan in scans.scans]
+    for given in ((), (scans,), (copies,)):
+        again = mvreg.assess(found, *given)
+        assert (again.scans, again.links) == (expected.scans, expected.links)
+
+
+def test_a_result_is_assessed_by_the_views_of_its_own_method():
+    scans = blob_scans(3)
+    changes = {"downsample": "voxel"}
+    found = mvreg.register(scans, "fcpma", changes=changes)
+    assert digest(found.views) == digest(tuple(mvreg.prepare(scans, "fcpma", changes=changes)))
+    others = mvreg.prepare(scans)
+    assert [len(view.points) for view in others] != [len(view.points) for view in found.views]
+    assert mvreg.assess(found, scans).tolerance == mvreg.assess(found, found.views).tolerance
+    assert mvreg.assess(found, scans).tolerance != mvreg.assess(found, others).tolerance
+
+
+def test_prepared_scans_are_those_that_register_makes():
+    found = mvreg.register(blob_scans(3), method(), rng=3)
+    assert digest(tuple(mvreg.prepare(blob_scans(3), method(), rng=3))) == digest(found.views)
+
+
+def test_scans_that_are_not_those_of_the_result_are_refused():
+    scans = blob_scans(3)
+    own = result(views=blob_views())
+    assert mvreg.assess(own, scans).scans["blob_1"].grade is Grade.green
+    moved = [scan.moved(se3.exp(np.full(6, 0.1))) for scan in scans.scans]
+    with pytest.raises(InputError, match=r"blob_0 is not one .*mvreg\.prepare"):
+        mvreg.assess(own, moved)
+    with pytest.raises(InputError, match=r"has none.*mvreg\.prepare"):
+        mvreg.assess(result(), scans)
+    with pytest.raises(InputError, match=r"places blob_0, blob_1, blob_2.*mvreg\.prepare"):
+        mvreg.assess(result())
+    with pytest.raises(InputError, match=r"places blob_2, which is not among"):
+        mvreg.assess(result(), blob_views()[:2])
 
 
 @pytest.mark.parametrize("kind", sorted(degenerate_views()))
@@ -182,27 +234,31 @@ def test_poor_scans_get_an_honest_answer(kind):
     poor = replace(degenerate_views()[kind], name="poor")
     poses = {**truth(), poor.name: truth()["blob_0"]}
     scan = assess(result(poses), [*blob_views(), poor]).scans[poor.name]
-    numbers = [scan.overlap, *scan.balance, *(x for x in (scan.within, scan.rms) if x is not None)]
+    numbers = [
+        scan.coverage,
+        *scan.strength,
+        *(x for x in (scan.inlier_ratio, scan.rms) if x is not None),
+    ]
     assert np.isfinite(numbers).all()
     assert kind in ("no keypoints", "one keypoint") or scan.grade is not Grade.green
 
 
-def test_balance_tells_what_is_held(rng):
+def test_strength_tells_what_is_held(rng):
     def spread(rows):
         return np.array(rows, float) / np.linalg.norm(rows, axis=1, keepdims=True)
 
     floor = np.tile([0.0, 0, 1], (50, 1))
-    assert balance_of(floor) == pytest.approx((0, 0, 1), abs=1e-6)
+    assert axis_strength(floor) == pytest.approx((0, 0, 1), abs=1e-6)
     # A slanted plane holds along none of the axes: the scan can give way along the others.
-    assert balance_of(spread(np.ones((50, 3)))) == pytest.approx((0, 0, 0), abs=1e-6)
+    assert axis_strength(spread(np.ones((50, 3)))) == pytest.approx((0, 0, 0), abs=1e-6)
     tube = spread(
         [(np.cos(a), np.sin(a), 0) for a in np.linspace(0, 2 * np.pi, 60, endpoint=False)]
     )
-    assert balance_of(tube) == pytest.approx((1, 1, 0), abs=1e-6)
+    assert axis_strength(tube) == pytest.approx((1, 1, 0), abs=1e-6)
     ball = spread(rng.normal(size=(5000, 3)))
-    assert min(balance_of(ball)) > 0.95
-    assert balance_of(-ball) == balance_of(ball)
-    assert balance_of(np.empty((0, 3))) == (0.0, 0.0, 0.0)
+    assert min(axis_strength(ball)) > 0.95
+    assert axis_strength(-ball) == axis_strength(ball)
+    assert axis_strength(np.empty((0, 3))) == (0.0, 0.0, 0.0)
 
 
 def test_uncertainty_is_that_of_the_scan_s_own_middle():
@@ -237,15 +293,15 @@ def test_every_limit_of_the_grades_counts(values, colour):
 
 
 def test_pairs_that_are_apart_cost_no_query(monkeypatch):
-    asked = []
+    sampled = []
     view = blob_views()[0]
     views = [replace(view, name=str(k)) for k in range(30)]
     poses = {
         v.name: se3.from_parts(np.eye(3), np.array([1000.0 * k, 0, 0])) for k, v in enumerate(views)
     }
-    monkeypatch.setattr("mvreg.geometry.nearest.nearest", lambda *a: asked.append(a))
+    monkeypatch.setattr("mvreg.geometry.nearest.nearest", lambda *a: sampled.append(a))
     assert contacts(poses, views) == []
-    assert asked == []
+    assert sampled == []
 
 
 def test_a_sparse_scan_among_dense_ones_is_no_stranger():
@@ -253,17 +309,17 @@ def test_a_sparse_scan_among_dense_ones_is_no_stranger():
     sparse = replace(view, points=view.points[::10], normals=view.normals[::10],
                      resolution=view.resolution * np.sqrt(10))  # fmt: skip
     scans = assess(result(), [blob_views()[0], sparse, blob_views()[2]]).scans
-    assert scans["blob_1"].overlap > 0.6
-    assert scans["blob_0"].overlap > 0.6
+    assert scans["blob_1"].coverage > 0.6
+    assert scans["blob_0"].coverage > 0.6
 
 
-def test_the_frame_of_a_scan_turns_its_balance_only():
+def test_the_frame_of_a_scan_turns_its_strength_only():
     turn = se3.from_parts(np.array([[0, 1.0, 0], [0, 0, 1], [1, 0, 0]]), np.zeros(3))
     views, poses = list(blob_views()), truth()
     before = assess(result(), views).scans["blob_1"]
     views[1] = moved_view(views[1], turn)
     poses["blob_1"] = poses["blob_1"] @ se3.invert(turn)
     after = assess(result(poses), views).scans["blob_1"]
-    x, y, z = before.balance
-    assert after.balance == pytest.approx((y, z, x), abs=1e-3)
-    assert after.within == pytest.approx(before.within, abs=0.01)
+    x, y, z = before.strength
+    assert after.strength == pytest.approx((y, z, x), abs=1e-3)
+    assert after.inlier_ratio == pytest.approx(before.inlier_ratio, abs=0.01)

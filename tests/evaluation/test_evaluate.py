@@ -10,7 +10,7 @@ from mvreg.evaluation.pose_errors import consistency, pose_errors, result_errors
 from mvreg.geometry import se3
 from mvreg.surface import consistency as surface_consistency
 from mvreg.surface import overlap
-from mvreg.surface.consistency import closeness
+from mvreg.surface.consistency import fit_score
 from mvreg.types import Features, Result, Scale, ScanSet, View
 
 
@@ -167,13 +167,13 @@ def test_surfaces_that_meet_are_closer_than_ones_that_do_not():
     views = [plate("a"), plate("b"), plate("c")]
     still = {"a": np.eye(4), "b": np.eye(4), "c": turn(0, (90, 0, 0))}
     near = {**still, "c": turn(0, (0, 0, 0.5))}
-    assert closeness({"a": np.eye(4)}, views) == 0
-    assert closeness(still, views) == pytest.approx(2 * 400)
+    assert fit_score({"a": np.eye(4)}, views) == 0
+    assert fit_score(still, views) == pytest.approx(2 * 400)
     # Two plates half a resolution off: each of four ordered pairs counts 3/4 a point.
-    assert closeness(near, views) == pytest.approx((2 + 4 * 0.75) * 400)
+    assert fit_score(near, views) == pytest.approx((2 + 4 * 0.75) * 400)
     assert consistency(near, views).rms > consistency(still, views).rms
     far = {**still, "c": turn(0, (0, 0, 1.5))}
-    assert closeness(far, views) == pytest.approx(closeness(still, views)), "and never less"
+    assert fit_score(far, views) == pytest.approx(fit_score(still, views)), "and never less"
 
 
 def test_normals_that_are_not_numbers_are_left_out():
@@ -194,7 +194,7 @@ def test_far_pairs_cost_no_query(monkeypatch):
     calls = []
     monkeypatch.setattr(
         surface_consistency,
-        "touch",
+        "contact_heights",
         lambda source, target, transform, reach, most: (
             calls.append((reach, most)),
             (np.empty(0, dtype=np.intp), np.empty(0)),
@@ -207,16 +207,18 @@ def test_far_pairs_cost_no_query(monkeypatch):
 
 
 @pytest.mark.parametrize(("count", "most"), [(2, 1000), (16, 1000), (40, 400), (1000, 100)])
-def test_closeness_asks_fewer_points_a_pair_of_many_views(monkeypatch, count, most):
+def test_fit_score_asks_fewer_points_a_pair_of_many_views(monkeypatch, count, most):
     views = [plate(str(k), corner=(0, 0)) for k in range(2)]
     far = [replace(views[0], name=f"far {k}") for k in range(count - 2)]
-    calls, touch = [], overlap.touch
+    calls, contact_heights = [], overlap.contact_heights
     monkeypatch.setattr(
-        surface_consistency, "touch", lambda *args: calls.append(args[-1]) or touch(*args)
+        surface_consistency,
+        "contact_heights",
+        lambda *args: calls.append(args[-1]) or contact_heights(*args),
     )
     poses = {view.name: np.eye(4) for view in views}
     poses |= {
         v.name: se3.from_parts(np.eye(3), np.full(3, 1e3 * (k + 1))) for k, v in enumerate(far)
     }
-    assert closeness(poses, [*views, *far]) > 0
+    assert fit_score(poses, [*views, *far]) > 0
     assert calls == [most] * 2

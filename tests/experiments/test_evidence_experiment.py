@@ -91,21 +91,21 @@ def test_a_line_of_the_page():
     assert wrong == "| known | a+b | 2 | 0 | - | - | 1 | 0.950 |"
 
 
-def row(right=True, points=900, stability=0.05, overlap=0.6):
+def row(right=True, points=900, localizability=0.05, overlap=0.6):
     from experiments.calibration.rows import Row
 
     return Row("a", "b", "best", right, 0.5, 0.1, 0.1, overlap, 2.0, 0.05, 0.95, 0.01, "known",
-               stability, 0.1, points)  # fmt: skip
+               localizability, 0.1, points)  # fmt: skip
 
 
 def test_what_hardly_meets_or_slides_has_no_chance():
     from experiments.calibration.calibrate import judge, sample
 
-    assert len(sample([row(), row(points=10), row(stability=0.0)]).right) == 2
-    assert len(sample([row(), row(points=10), row(stability=0.0)], sliding=False).right) == 1
+    assert len(sample([row(), row(points=10), row(localizability=0.0)]).right) == 2
+    assert len(sample([row(), row(points=10), row(localizability=0.0)], sliding=False).right) == 1
     groups = {
         "dragon": [row(), row(False, overlap=0.1)],
-        "bunny": [row(stability=0.0), row(points=10), row(), row(False, overlap=0.1)],
+        "bunny": [row(localizability=0.0), row(points=10), row(), row(False, overlap=0.1)],
     }
     found = judge(groups, ())["bunny"]
     np.testing.assert_array_equal(found.chances[:2], 0)

@@ -218,7 +218,7 @@ def test_claims_hold_or_not_as_the_numbers_say(tmp_path):
     job("ocpma", "bunny", errors=(0.008, 0.4), num_pairs=3, seconds=2, model_points=11)
     job("ocpra", "bunny", errors=(0.008, 0.4), num_pairs=3, seconds=3, model_points=99)
     found = verdicts(page(tmp_path, tmp_path / "out"))
-    assert found["every scan is placed, none f"][0] == "holds"
+    assert found["every scan is placed, no fal"][0] == "holds"
     assert found["e_R and e_t are at most 1.25"][0] == "holds"
     assert found["FCPMA is faster than OCPMA, "][0] == "holds"
     assert found["merging keeps the model smal"][0] == "holds"
@@ -231,8 +231,8 @@ def test_claims_hold_or_not_as_the_numbers_say(tmp_path):
     found = verdicts(page(tmp_path, tmp_path / "out"))
     assert {verdict for verdict, _ in found.values()} == {"does not hold"}
     assert (
-        "*dragon (ocpra 3 of 3, 0 falsely; ocpma 3 of 3, 1 falsely"
-        in (found["every scan is placed, none f"][1])
+        "*dragon (ocpra 3 of 3, 0 false positives; ocpma 3 of 3, 1 false positives"
+        in (found["every scan is placed, no fal"][1])
     )
     assert "bunny (fcpma 1.0, ocpma 2.0, ocpra 3.0); *dragon (fcpma 5.0" in (
         found["FCPMA is faster than OCPMA, "][1].replace("buddha not measured; ", "")
@@ -260,7 +260,7 @@ def test_the_comparators_numbers_of_pairs_are_checked(tmp_path):
 
 def test_missing_data_says_so_without_the_machines_paths(tmp_path):
     message = (
-        "dataset=armadillo is not on this machine, and to download it failed: no network; see "
+        "dataset=armadillo is not on this machine, and downloading it failed: no network; see "
         "http://example.org/pub/scans.tar.gz and /home/me/.cache/x\n  searched: /home/me/data\n"
     )
     for method in ("ocpra", "fcpma"):

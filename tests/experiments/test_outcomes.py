@@ -80,7 +80,8 @@ def test_every_scan_is_counted_once(tmp_path):
     (row,) = [row for row in table_of(text) if row["scans of"] == "drawn at random"]
     assert row == {
         "scans of": "drawn at random", "objects": "", "of each": "", "scans": "24",
-        "runs": "4 of 50", "right": "15", "falsely": "2", "not placed": "7", "pairs / N": "1.00",
+        "runs": "4 of 50", "correct": "15", "false positives": "2", "not placed": "7",
+        "pairs / N": "1.00",
         "confidence": "0.900 to 0.990", "of the false": "0.400 to 0.400",
     }  # fmt: skip
     assert "e_R |" not in text  # of several objects
@@ -133,7 +134,7 @@ def test_what_cannot_be_placed_must_not_be(tmp_path):
           fabricate("a", reasons=reasons))  # fmt: skip
     text = page(tmp_path, "shapes")
     row = table_of(text)[0]
-    assert (row["right"], row["not placed"], row["ambiguous"]) == ("0", "6", "2")
+    assert (row["correct"], row["not placed"], row["ambiguous"]) == ("0", "6", "2")
     assert claims(text)[0][0] == "holds"
     leave(tmp_path, "shapes", ("+method=auto", "dataset=figurine", shape("box")), fabricate("ab"))
     assert claims(page(tmp_path, "shapes"))[0][0] == "does not hold"  # though it is right
@@ -159,8 +160,8 @@ def test_the_bars_are_of_medians_over_all_the_orders(tmp_path):
     }  # fmt: skip
     assert found["bunny", "median pairs / N"]["ours"] == "1.17"
     # Six scans a run here, ten in the bunny: 120 are not enough.
-    assert found["bunny", "scans placed right"]["ours"] == "120"
-    assert found["bunny", "scans placed right"]["reached"] == "**no**"
+    assert found["bunny", "scans placed correctly"]["ours"] == "120"
+    assert found["bunny", "scans placed correctly"]["reached"] == "**no**"
     assert found["buddha", "median e_R"]["ours"] == ""
     assert found["buddha", "median e_R"]["reached"] == "not all run"
 
@@ -170,7 +171,7 @@ def test_a_bar_is_missed_by_a_little(tmp_path):
     orders(tmp_path, "bunny", [run] * 20)
     found = {row[""]: row["reached"] for row in table_of(page(tmp_path, "orders"), "Bars")[:4]}
     assert found == {
-        "scans placed right": "**no**", "median e_R": "**no**", "median e_t (mm)": "yes",
+        "scans placed correctly": "**no**", "median e_R": "**no**", "median e_t (mm)": "yes",
         "median pairs / N": "**no**",
     }  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""What is placed right, falsely or not: any wrong relative pose counts."""
+"""What is placed correctly, false positives, or not placed: any wrong relative pose counts."""
 
 import json
 from dataclasses import replace
@@ -136,7 +136,10 @@ def test_the_truth_of_a_run_is_loaded_again(tmp_path, capsys):
     assert sorted(found.right) == [f"tiny_sphere_{i:02d}" for i in range(3)]
     assert sorted(e.scan for e in found.false) == ["tiny_blob-0_00", "tiny_blob-0_01"]
     placements.main([str(tmp_path)])
-    assert "3 right, 2 falsely, 0 not\n  falsely: tiny_blob-0_0" in capsys.readouterr().out
+    assert (
+        "3 correct, 2 false positives, 0 not placed\n  false positive: tiny_blob-0_0"
+        in capsys.readouterr().out
+    )
     placements.main([str(tmp_path / "nothing")])
     assert "nothing: not run" in capsys.readouterr().out
 

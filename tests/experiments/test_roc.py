@@ -10,11 +10,11 @@ from mvreg.testing import blob_scans, overlap
 from mvreg.types import Registration
 
 
-def pair(right, ratio=0.5, residual=0.3, agreement=0.9, overlap=0.5, stability=0.1):
+def pair(right, ratio=0.5, residual=0.3, agreement=0.9, overlap=0.5, localizability=0.1):
     from experiments.calibration.raw_pairs import RawPair
 
     return RawPair("a", "b", 0.5, 1.0, 1.0, right, ratio, 1.0, residual, agreement, overlap,
-                   stability)  # fmt: skip
+                   localizability)  # fmt: skip
 
 
 def test_a_curve_worked_by_hand():
@@ -51,7 +51,7 @@ def test_the_thresholds_in_use():
     from experiments.calibration.roc import accepted
 
     pairs = [pair(True), pair(False, ratio=1.1), pair(False, residual=0.6),
-             pair(False, agreement=0.7), pair(False, stability=0.001)]  # fmt: skip
+             pair(False, agreement=0.7), pair(False, localizability=0.001)]  # fmt: skip
     assert accepted(pairs, "tmse").tolist() == [True, False, True, True, True]
     assert accepted(pairs, "residual").tolist() == [True, True, False, True, True]
     assert accepted(pairs, "both").tolist() == [True, False, False, False, False]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import mvreg
-from mvreg.report.deciding_pair import telling_pair
+from mvreg.report.deciding_pair import deciding_pair
 from mvreg.report.run_folder import pose_files, write_result
 from mvreg.testing.scans import blob_scans
 from mvreg.types import ScanSet
@@ -56,7 +56,7 @@ def test_poses_are_the_same_whatever_the_names(names, strategy):
         (other[p.source], other[p.target]) for p in expected.pairs
     ]
     for name in expected.poses:
-        before, after = telling_pair(name, expected), telling_pair(other[name], found)
+        before, after = deciding_pair(name, expected), deciding_pair(other[name], found)
         assert (before and other[before.source]) == (after and after.source)
 
 

@@ -63,7 +63,7 @@ def test_rays_of_next_to_nothing(reach):
 
 @quick
 @given(rngs, st.booleans(), st.sampled_from([0.0, 0.3, 3.0, 100.0]))
-def test_a_look_at_a_surface(rng, oriented, shift):
+def test_evidence_at_a_surface(rng, oriented, shift):
     pair = overlap()
     source, target = pair.source, pair.target
     points, normals = source.points[::7], source.normals[::7]
@@ -74,12 +74,12 @@ def test_a_look_at_a_surface(rng, oriented, shift):
     centre = points.mean(axis=0)
     radius = np.linalg.norm(points - centre, axis=1).max()
     rays = Rays(target.scan.points, target.scan.view_direction, None, reach / 2)
-    met, near, consistent, front, *sums = evidence.look(
+    met, near, consistent, front, *sums = evidence.directed_evidence(
         target.tree, target.normals, points, normals, centre, radius, pose, reach, 0.7, oriented,
         rays, 4, reach,
     )  # fmt: skip
     sums = np.concatenate([np.ravel(one) for one in sums])
-    expected = plain.look(
+    expected = plain.directed_evidence(
         target.points, target.normals, points, normals, centre, pose, reach, 0.7, oriented
     )
     np.testing.assert_array_equal(met, expected[0])
@@ -89,7 +89,7 @@ def test_a_look_at_a_surface(rng, oriented, shift):
     assert front == (height > high + reach).sum()
     assert consistent == ((height <= high + reach) & (height >= low - reach)).sum()
     assert met.any() or shift > 1
-    blind = evidence.look(
+    blind = evidence.directed_evidence(
         target.tree, target.normals, points, normals, centre, radius, pose, reach, 0.7, oriented,
         None, 4, reach,
     )  # fmt: skip
@@ -111,7 +111,7 @@ def test_scans_that_may_not_meet_show_nothing_of_each_other(rng, kind, other_kin
     pose[:3, 3] = still.mean(axis=0) - pose[:3, :3] @ moving.mean(axis=0)
     pose[:3, 3] += shift * rng.normal(size=3)
     own, other = sensor_of(kind, moving, rng), sensor_of(other_kind, still, rng)
-    if evidence.may_meet(
+    if evidence.may_overlap(
         *ball(moving), Rays(moving, *own, 0.2),
         *ball(still), Rays(still, *other, 0.2), pose, 0.3,
     ):  # fmt: skip
@@ -130,22 +130,22 @@ def test_only_what_is_near_or_in_a_picture_may_meet():
         for place, may in (([0, 0, 5], rays is not None), ([9, 0, 0], False), ([0.5, 0, 0], True)):
             pose = se3.from_parts(np.eye(3), np.array(place, dtype=float))
             one, other = (*ball(points), None), (*ball(points), rays)
-            assert evidence.may_meet(*one, *other, pose, 0.1) == may
-            assert evidence.may_meet(*other, *one, se3.invert(pose), 0.1) == may
+            assert evidence.may_overlap(*one, *other, pose, 0.1) == may
+            assert evidence.may_overlap(*other, *one, se3.invert(pose), 0.1) == may
     among = se3.from_parts(np.eye(3), np.array([0.0, 0, 10]))  # the points are all about the sensor
-    assert evidence.may_meet(*ball(points), None, *ball(points), near, among, 0.1)
+    assert evidence.may_overlap(*ball(points), None, *ball(points), near, among, 0.1)
 
 
 @quick
 @given(rngs, sensors, st.sampled_from([0.0, 1.0, 4.0]))
-def test_a_look_into_any_picture(rng, kind, shift):
+def test_evidence_into_any_picture(rng, kind, shift):
     seen, points = sheet(rng, 200, 0.02), sheet(rng, 100, 0.0)
     pose = se3.random(rng, 1.0)
     pose[:3, 3] = seen[4:].mean(axis=0) - pose[:3, :3] @ points.mean(axis=0)
     pose[:3, 3] += shift * rng.normal(size=3)
     sensor = sensor_of(kind, seen, rng)
     nothing = Tree(np.empty((0, 3))), np.empty((0, 3))
-    _, _, consistent, front, *_ = evidence.look(
+    _, _, consistent, front, *_ = evidence.directed_evidence(
         *nothing, points, np.ones_like(points), *ball(points), pose, 0.1, 0.7, True,
         Rays(seen, *sensor, 0.2), 4, 0.1,
     )  # fmt: skip
@@ -162,8 +162,8 @@ def test_touch(rng, shift, reach):
     pose = pair.T_target_source.copy()
     pose[:3, 3] += shift * target.resolution * rng.normal(size=3)
     some = source.points[::7], source.normals[::7], pose, reach * target.resolution, 0.7
-    which, heights = surfaces.touch(target.tree, target.normals, *some)
-    expected = plain.touch(target.points, target.normals, *some)
+    which, heights = surfaces.contact_heights(target.tree, target.normals, *some)
+    expected = plain.contact_heights(target.points, target.normals, *some)
     np.testing.assert_array_equal(which, expected[0])
     np.testing.assert_allclose(heights, expected[1], atol=1e-9)
     assert len(which) or shift or reach < 3
@@ -173,8 +173,8 @@ def test_touch(rng, shift, reach):
 def test_little_touches_nothing(points):
     up = np.tile([0.0, 0, 1], (len(points), 1))
     nothing = Tree(np.empty((0, 3))), np.empty((0, 3))
-    assert len(surfaces.touch(*nothing, points, up, np.eye(4), 1.0, 0.7)[0]) == 0
-    met, *found = evidence.look(
+    assert len(surfaces.contact_heights(*nothing, points, up, np.eye(4), 1.0, 0.7)[0]) == 0
+    met, *found = evidence.directed_evidence(
         *nothing, points, up, np.zeros(3), 0.0, np.eye(4), 1.0, 0.7, True, None, 4, 1.0
     )
     assert not met.any() and not any(np.any(one) for one in found)

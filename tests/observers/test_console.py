@@ -30,12 +30,12 @@ def line(text: str, name: str) -> str:
 
 def test_table_says_what_happened_to_each_scan():
     out, _ = show(run())
-    grade, confidence, overlap, within, balance, rms = line(out, "b.ply").split()[2:8]
+    grade, confidence, coverage, inlier_ratio, strength, rms = line(out, "b.ply").split()[2:8]
     assert line(out, "a.ply").split()[1] == "reference"
     assert line(out, "b.ply").split()[1] == "placed"
     assert line(out, "a.ply").split()[-2:] == line(out, "b.ply").split()[-2:] == ["0.000", "0.000"]
     # Two plates on each other, that could slide.
-    assert (grade, overlap, within, balance) == ("RED", "1.00", "1.00", "0.00")
+    assert (grade, coverage, inlier_ratio, strength) == ("RED", "1.00", "1.00", "0.00")
     assert 0 <= float(confidence.lstrip(">")) < 1 and float(rms) < 0.05
     assert "NOT PLACED" in line(out, "c.ply")
     assert "placed 2 of 3 scans with 3 pairs in 1.50 s (loading 0.50 s)" in out
@@ -177,7 +177,7 @@ def test_partial_models_have_tables_of_their_own_below_the_first():
     assert line(out, "e.ply").split()[1] == "apart"
     assert line(out, "e.ply").split()[-1] == "0.500"
     first, second = (row for row in lines if row.startswith("scan "))
-    assert first.index("overlap") == second.index("overlap")
+    assert first.index("covered") == second.index("covered")
     assert "placed 2 of 6 scans (2 more in 1 other component) with 5 pairs" in out
     assert "component 2: e_R 0.0000 (max 0.0000), e_t 0.250 mm (max 0.500 mm)\n" in out
     assert (
@@ -192,9 +192,11 @@ def test_partial_models_have_tables_of_their_own_below_the_first():
 
 def test_colours_are_explained_and_words_stand_for_them():
     out, _ = show(apart())
-    assert "green: confidence 0.95, overlap 0.34, within 0.80, balance 0.10 or more" in out
+    assert (
+        "green: confidence 0.95, coverage 0.34, inlier ratio 0.80, weakest axis 0.10 or more" in out
+    )
     assert "RED: confidence below 0.50" in out
-    assert "share of these up to 0.500 mm off" in out
+    assert "share of these within 0.500 mm of" in out
     assert "b.ply is RED: ambiguous" in out
 
 

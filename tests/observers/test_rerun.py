@@ -162,7 +162,8 @@ def test_a_recording_is_valid_and_reads_back(tmp_path):
     for path in [
         "/model/a.ply", "/model/b.ply", "/pair/target", "/pair/before", "/pair/after",
         "/pair/seeds", "/pair/propagated", "/judge/score", "/judge/threshold", "/judge/accepted",
-        "/judge/rejected", "/tmse/trimmed_mse", "/verdicts", "/trust/scans", "/trust/pairs",
+        "/judge/rejected", "/tmse/trimmed_mse", "/verdicts", "/confidence/scans",
+        "/confidence/pairs",
     ]:  # fmt: skip
         assert f" {path} " in printed
     assert "/model/c.ply " not in printed
@@ -238,7 +239,7 @@ def test_grades_and_confidences_colour_dots_and_lines():
     for link, confidence in zip(report["links"], (0.999, 0.7), strict=True):
         link["confidence"] = confidence
     (last,) = of(events.RunFinished, happened)
-    (dots,), (lines,) = last["trust/scans"], last["trust/pairs"]
+    (dots,), (lines,) = last["confidence/scans"], last["confidence/pairs"]
     colors = [archetypes.GREEN, archetypes.YELLOW, archetypes.RED, archetypes.GREY]
     assert dots.colors.as_arrow_array() == rr.components.ColorBatch(colors).as_arrow_array()
     assert dots.labels.as_arrow_array().to_pylist() == [
@@ -262,4 +263,4 @@ def test_a_run_without_any_pair_that_overlaps_has_no_lines():
     happened = run()
     happened[-1].report["links"].clear()
     (last,) = of(events.RunFinished, happened)
-    assert len(last["trust/pairs"][0].strips) == 0
+    assert len(last["confidence/pairs"][0].strips) == 0

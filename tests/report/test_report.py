@@ -11,7 +11,7 @@ from observed import apart, run, scanset, view_of
 
 from mvreg.errors import InputError
 from mvreg.report.build import build_report, versions
-from mvreg.report.deciding_pair import telling_pair
+from mvreg.report.deciding_pair import deciding_pair
 from mvreg.report.json_file import SCHEMA, dumps, load_report
 from mvreg.report.provenance import commit, git
 from mvreg.types import Pair, Result, Verdict
@@ -69,8 +69,8 @@ def test_rows_say_how_each_scan_came_in():
 def test_a_scan_placed_as_the_target_of_a_pair_has_a_row_too():
     edge = Pair("b", "c", Verdict(True, 1.0, 2.0, "tree edge"), np.eye(4), 0.6, 0.01)
     result = Result("b", {"b": np.eye(4), "c": np.eye(4)}, (), (edge,))
-    assert telling_pair("c", result) is edge
-    assert telling_pair("nobody", result) is None
+    assert deciding_pair("c", result) is edge
+    assert deciding_pair("nobody", result) is None
 
 
 def test_text_is_strict_json_and_exact(tmp_path):
@@ -188,7 +188,7 @@ def test_rows_say_where_each_scan_stands():
     }  # fmt: skip
     assert [row["component"] for row in rows.values()] == [1, 1, 2, 2, None, None]
     assert rows["s"]["reason"] == "ambiguous: another pose is as probable"
-    assert rows["x"]["reason"] == "accepted at first, and taken back"
+    assert rows["x"]["reason"] == "accepted at first, then withdrawn"
     assert rows["e"]["reason"] == "surfaces agree", "not the attempt to leave its partial model"
     assert rows["d"]["reason"] is None
     assert rows["x"]["assessment"] is None
@@ -200,11 +200,11 @@ def test_rows_say_how_far_a_pose_is_to_be_trusted():
     assert found["grades"]["tolerance"] == found["grades"]["tolerance_resolutions"] == 0.5
     for name in "abde":
         assert 0 <= rows[name]["confidence"] <= 1
-        assert rows[name]["overlap"] > 0.9
-        assert rows[name]["within"] == 1.0
+        assert rows[name]["coverage"] > 0.9
+        assert rows[name]["inlier_ratio"] == 1.0
         assert rows[name]["grade"] == "red", "plates may slide"
         assert rows[name]["reason"].startswith("ambiguous")
-        assert rows[name]["balance"] == pytest.approx([0, 0, 1], abs=1e-6)
+        assert rows[name]["strength"] == pytest.approx([0, 0, 1], abs=1e-6)
     assert rows["b"]["uncertainty"]["angle_deg"] == pytest.approx(math.degrees(1e-3))
     assert rows["b"]["uncertainty"]["translation"] > 0.1
     assert rows["a"]["uncertainty"] is None
@@ -225,7 +225,7 @@ def test_links_and_pairs_have_their_confidence():
     assert found["pairs"][2] == {
         "source": "e.ply", "target": "a.ply", "verdict": "rejected",
         "reason": "too little overlap", "confidence": 0.4,
-        "evidence": {"overlap": 0.333333, "residual": 2.0},
+        "evidence": {"surface_overlap": 0.333333, "residual": 2.0},
     }  # fmt: skip
     assert [pair["confidence"] for pair in report()["pairs"]] == [None] * 3
 
@@ -244,5 +244,5 @@ def test_what_was_accepted_elsewhere_is_not_how_a_scan_came_in():
     across = Pair("b", "c", Verdict(True, 0.1, 2.0, "across"), np.eye(4), 0.6, 0.01)
     poses = {"a": np.eye(4), "b": np.eye(4)}
     result = Result("a", poses, (), (inside, across), components=({"c": np.eye(4)},))
-    assert telling_pair("b", result) is inside
-    assert telling_pair("c", result) is None
+    assert deciding_pair("b", result) is inside
+    assert deciding_pair("c", result) is None

@@ -174,6 +174,6 @@ def apart(truth: bool = True) -> list[events.Event]:
 
 def attempt(source: str, target: str, reliable: bool, reason: str, confidence: float) -> Pair:
     """A pair as a judge that knows a confidence leaves it."""
-    evidence = {"overlap": 1 / 3, "residual": 2.0}
+    evidence = {"surface_overlap": 1 / 3, "residual": 2.0}
     verdict = Verdict(reliable, 1 - confidence, 0.1, reason, confidence, evidence)
     return Pair(source, target, verdict, np.eye(4), 0.5, 0.25, {"judge": 0.5})

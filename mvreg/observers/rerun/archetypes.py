@@ -1,4 +1,4 @@
-"""How things look in the recording: small clouds, lines between them, numbers, the layout.
+"""The Rerun archetypes of a recording: clouds, lines, scalars, and the blueprint.
 
 Rerun takes half a second to import, so every function imports it for itself.
 """
@@ -140,7 +140,7 @@ def blueprint() -> Any:
             rrb.Horizontal(
                 rrb.Tabs(
                     rrb.Spatial3DView(origin="model", name="model"),
-                    rrb.Spatial3DView(origin="trust", name="confidence"),
+                    rrb.Spatial3DView(origin="confidence", name="confidence"),
                 ),
                 rrb.Spatial3DView(origin="pair", name="pair"),
             ),

@@ -1,4 +1,4 @@
-"""How far the poses are to be trusted, drawn: a labelled dot per scan, a line per pair.
+"""Confidence in the poses, drawn: a labelled dot per scan, a line per pair.
 
 Rerun takes half a second to import, so every function imports it for itself.
 """

@@ -89,7 +89,7 @@ def _finished(event: RunFinished, seen: Seen) -> Entities:
     shown = side_by_side(event.result.poses, event.result.components, seen.views)
     spots = confidence.middles(shown, seen.views)
     dots, lines = confidence.dots(spots, event.report), confidence.lines(spots, event.report)
-    return [*_revised(shown, seen), ("trust/scans", dots), ("trust/pairs", lines)]
+    return [*_revised(shown, seen), ("confidence/scans", dots), ("confidence/pairs", lines)]
 
 
 def _revised(shown: Mapping[str, Array], seen: Seen) -> Entities:

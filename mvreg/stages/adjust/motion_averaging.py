@@ -1,4 +1,4 @@
-"""Motion averaging: measure many relative motions, and find the poses that agree with all best."""
+"""Motion averaging: the poses that agree best with many measured relative motions."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from mvreg.geometry import se3
 from mvreg.stages.adjust import view_graph
 from mvreg.stages.adjust.components import over_components
 from mvreg.stages.adjust.dense import dense
-from mvreg.surface.consistency import closeness
+from mvreg.surface.consistency import fit_score
 from mvreg.surface.displacement import STILL, farthest
 from mvreg.types import Array, Edge, Result, View
 from mvreg.types.view_graph import reachable
@@ -103,7 +103,7 @@ class MotionAveraging:
         scan; point-to-point refinement then leaves the Bunny worse than the growing strategy did.
     guarded : bool
         Undo a round after which the surfaces lie worse on each other, see
-        `mvreg.surface.consistency.closeness`, and stop. The papers do not look; but a few motions
+        `mvreg.surface.consistency.fit_score`, and stop. The papers do not look; but a few motions
         measured wrongly turn all poses askew.
     """
 
@@ -133,13 +133,13 @@ class MotionAveraging:
         if len(placed) < 2:
             return result
         targets = dense(placed) if self.dense else placed
-        best, score = result, closeness(result.poses, placed)
+        best, score = result, fit_score(result.poses, placed)
         for _ in range(self.max_rounds):
             edges = view_graph.edges(best, placed, pipeline.refine, self.min_overlap, targets)
             found = self.averaged(best, placed, edges)
             if found is best:
                 break
-            now = closeness(found.poses, placed)
+            now = fit_score(found.poses, placed)
             if self.guarded and now < score:
                 break
             step = farthest(placed, best.poses, found.poses)

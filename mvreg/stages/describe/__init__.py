@@ -1,1 +1,1 @@
-"""Give keypoints descriptors."""
+"""Compute descriptors of keypoints."""

@@ -1,1 +1,1 @@
-"""Thin scans out."""
+"""Down-sample scans."""

@@ -1,1 +1,1 @@
-"""Say whether a registration is reliable."""
+"""Decide whether a registration is reliable."""

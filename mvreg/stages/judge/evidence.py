@@ -1,4 +1,4 @@
-"""Judge a registration by all that range scans can tell: their fit, loops, and rival poses."""
+"""Judge a registration by its evidence, by alternative poses, and by loop closure."""
 
 from __future__ import annotations
 
@@ -8,26 +8,27 @@ from dataclasses import dataclass
 import numpy as np
 
 from mvreg.errors import InputError, check_positive
-from mvreg.evidence.pooled import AGREED, Evidence, Meeting, weigh
-from mvreg.evidence.pooling import ROUGH
-from mvreg.evidence.view_pair import may_meet
+from mvreg.evidence.pooled import CONSISTENT, Evidence, ViewPair, pool_evidence
+from mvreg.evidence.pooling import SUBSAMPLING
+from mvreg.evidence.view_pair import may_overlap
 from mvreg.geometry import se3
 from mvreg.types import Array, Model, Registration, Verdict, View, ViewGraph
 
-#: A rival is looked at roughly first. If it is less probable than this share of what would make it
-#: one, that is all: on the Stanford scans the two looks differ by 0.001 at most.
-FAR = 0.1
+#: An alternative is evaluated on a subsample first. If it is less probable than this share of what
+#: would make it one, that is all: on the Stanford scans the two evaluations differ by 0.001 at
+#: most.
+NEGLIGIBLE = 0.1
 
 
-def meetings(source: View, target: View, T_target_source: Array, step: int = 1) -> list[Meeting]:
+def view_pairs(source: View, target: View, T_target_source: Array, step: int = 1) -> list[ViewPair]:
     """Of a scan with a view: with every part that it may meet, if it is a model that has parts."""
     if not isinstance(target, Model) or not target.parts:
-        return [Meeting(source, target, T_target_source, step=step)]
+        return [ViewPair(source, target, T_target_source, step=step)]
     homes = se3.invert(np.stack([part.T_model_scan for part in target.parts]))
     return [
-        Meeting(source, part.view, pose, step=step)
+        ViewPair(source, part.view, pose, step=step)
         for part, pose in zip(target.parts, homes @ T_target_source, strict=True)
-        if may_meet(source, part.view, pose)
+        if may_overlap(source, part.view, pose)
     ]
 
 
@@ -39,9 +40,9 @@ def distance(source: View, first: Array, second: Array) -> float:
 
 @dataclass(frozen=True)
 class EvidenceJudge:
-    """Reliable if the pose is probably right, no rival is as good, and loops close.
+    """Reliable if the pose is probably right, no alternative is as good, and loops close.
 
-    The probability is that of `mvreg.evidence.pooled.weigh`, calibrated by
+    The probability is that of `mvreg.evidence.pooled.pool_evidence`, calibrated by
     ``experiments/calibration/calibrate.py``; of a model with parts it is that of the source meeting
     all of them. The verdict's score is the probability of being wrong.
 
@@ -49,12 +50,12 @@ class EvidenceJudge:
     ----------
     min_probability : float
         Least probability of a reliable pose.
-    max_rival : float
+    max_alternative : float
         Largest probability, taken by itself, of a clearly different pose of the same pair.
-    rival_angle : float
-        Rivals that differ by more than this (degrees) are clearly different, so are those
-        `rival_distance` apart. 10 is the paper's own separation of candidates.
-    rival_distance : float
+    alternative_angle : float
+        Alternatives that differ by more than this (degrees) are clearly different, so are those
+        `alternative_distance` apart. 10 is the paper's own separation of candidates.
+    alternative_distance : float
         Of the source's points, root mean square, in spacings of the keypoints.
     loop_tolerance : float
         Where accepted registrations already lead from source to target, the pose may differ from
@@ -65,14 +66,14 @@ class EvidenceJudge:
     """
 
     min_probability: float = 0.95
-    max_rival: float = 0.3
-    rival_angle: float = 10.0
-    rival_distance: float = 3.0
+    max_alternative: float = 0.3
+    alternative_angle: float = 10.0
+    alternative_distance: float = 3.0
     loop_tolerance: float = 4.0
     min_overlap: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("min_probability", "max_rival"):
+        for name in ("min_probability", "max_alternative"):
             if not 0 < getattr(self, name) < 1:
                 raise InputError(
                     f"judge.{name}: expected a probability between 0 and 1, got "
@@ -80,8 +81,8 @@ class EvidenceJudge:
                 )
         check_positive(
             "judge",
-            rival_angle=self.rival_angle,
-            rival_distance=self.rival_distance,
+            alternative_angle=self.alternative_angle,
+            alternative_distance=self.alternative_distance,
             loop_tolerance=self.loop_tolerance,
         )
 
@@ -93,36 +94,38 @@ class EvidenceJudge:
         graph: ViewGraph,
     ) -> Verdict:
         pose = registration.T_target_source
-        evidence = weigh(meetings(source, target, pose))
-        rival = self.rival(registration, source, target)
-        reason = self.objection(evidence, rival)
-        open_loop = reason is None and not self.closes(registration, source, target, graph)
+        evidence = pool_evidence(view_pairs(source, target, pose))
+        alternative = self.best_alternative(registration, source, target)
+        reason = self.objection(evidence, alternative)
+        open_loop = reason is None and not self.closes_loops(registration, source, target, graph)
         if open_loop:
             reason = "the loop through accepted registrations does not close"
-        odds, other = (p / max(1 - p, 1e-9) for p in (evidence.probability, rival))
+        odds, other = (p / max(1 - p, 1e-9) for p in (evidence.probability, alternative))
         confidence = odds / (1 + odds + other)  # one of the poses at most is right
         return Verdict(
             reason is None, 1 - confidence, 1 - self.min_probability, reason or evidence.reason,
             confidence, evidence.as_dict(), open_loop,
         )  # fmt: skip
 
-    def together(self, pairs: Sequence[Meeting]) -> Evidence:
-        """Pool what view pairs show, as `mvreg.evidence.pooled.weigh`."""
-        return weigh(pairs)
+    def together(self, pairs: Sequence[ViewPair]) -> Evidence:
+        """Pool what view pairs show, as `mvreg.evidence.pooled.pool_evidence`."""
+        return pool_evidence(pairs)
 
-    def objection(self, evidence: Evidence, rival: float) -> str | None:
-        """Why the pose cannot be relied on, by itself and beside its best rival's probability."""
+    def objection(self, evidence: Evidence, alternative: float) -> str | None:
+        """Why the pose cannot be relied on, by itself or for its best alternative."""
         if evidence.ambiguous:
             return evidence.reason
-        if rival > self.max_rival:
+        if alternative > self.max_alternative:
             return "ambiguous: another pose is as probable"
-        if evidence.overlap < self.min_overlap:
+        if evidence.surface_overlap < self.min_overlap:
             return f"overlap below {self.min_overlap:g}"
         if evidence.probability >= self.min_probability:
             return None
-        return "not probable enough" if evidence.reason == AGREED else evidence.reason
+        return (
+            "probability below the threshold" if evidence.reason == CONSISTENT else evidence.reason
+        )
 
-    def closes(
+    def closes_loops(
         self,
         registration: Registration,
         source: View,
@@ -136,31 +139,31 @@ class EvidenceJudge:
         allowed = self.loop_tolerance * source.scale.resolution * np.sqrt(loop.steps + 1)
         return bool(distance(source, registration.T_target_source, loop.motion) <= allowed)
 
-    def rival(self, registration: Registration, source: View, target: View) -> float:
+    def best_alternative(self, registration: Registration, source: View, target: View) -> float:
         """The probability of the best of the clearly different poses, taken by itself."""
         return max(
             (
                 self.likelihood(source, target, pose)
-                for pose in self.different(registration, source)
+                for pose in self.distinct_alternatives(registration, source)
             ),
             default=0.0,
         )
 
     def likelihood(self, source: View, target: View, T_target_source: Array) -> float:
-        """How plausible a rival is: told roughly, if it is far from being one."""
-        for step in (ROUGH, 1):
-            likely = weigh(meetings(source, target, T_target_source, step)).plausibility
-            if likely < FAR * self.max_rival:
+        """How plausible an alternative is: on a subsample only, if it is far from being one."""
+        for step in (SUBSAMPLING, 1):
+            likely = pool_evidence(view_pairs(source, target, T_target_source, step)).plausibility
+            if likely < NEGLIGIBLE * self.max_alternative:
                 break
         return likely
 
-    def different(self, registration: Registration, source: View) -> list[Array]:
-        """The rivals that are clearly different from the pose."""
+    def distinct_alternatives(self, registration: Registration, source: View) -> list[Array]:
+        """The alternatives that are clearly different from the pose."""
         pose = registration.T_target_source
-        apart = self.rival_distance * source.scale.spacing
+        apart = self.alternative_distance * source.scale.spacing
         return [
-            rival
-            for rival in registration.rivals
-            if np.rad2deg(se3.rotation_angle(rival, pose)) > self.rival_angle
-            or distance(source, rival, pose) > apart
+            alternative
+            for alternative in registration.alternatives
+            if np.rad2deg(se3.rotation_angle(alternative, pose)) > self.alternative_angle
+            or distance(source, alternative, pose) > apart
         ]

@@ -1,4 +1,4 @@
-"""Judge whether a registration can be relied on."""
+"""Judge a registration by its residual: Eq. (7) of the paper, and point-to-plane criteria."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from enum import Enum
 
 import numpy as np
 
-from mvreg.geometry import se3
+from mvreg.surface.fit import length_read_as_one, surface_fit, underconstrained
 from mvreg.types import Registration, Verdict, View, ViewGraph
 
 
@@ -17,78 +17,6 @@ class Units(Enum):
 
     resolution = "resolution"
     given = "given"
-
-
-def surface_fit(registration: Registration, source: View, target: View) -> tuple[float, float]:
-    """How well the trimmed pairs lie in one surface.
-
-    Returns
-    -------
-    residual : float
-        Root mean square distance of the moved source points to the target's tangent planes, in
-        units of the resolution of the down-sampled scans.
-    agreement : float
-        Mean cosine between the paired normals; of unsigned normals, its absolute value.
-    """
-    moved, stay = registration.pairs.T
-    transform = registration.T_target_source
-    gaps = se3.apply(transform, source.points[moved]) - target.points[stay]
-    normals = target.normals[stay]
-    cosine = ((source.normals[moved] @ transform[:3, :3].T) * normals).sum(axis=1)
-    if not (source.features.oriented and target.features.oriented):
-        cosine = np.abs(cosine)
-    residual = np.sqrt(((gaps * normals).sum(axis=1) ** 2).mean())
-    return float(residual) / (source.scale.resolution or 1.0), float(cosine.mean())
-
-
-def stability(registration: Registration, source: View, target: View) -> float:
-    """How firmly the trimmed pairs hold the source in place, whatever way it is pushed.
-
-    The smallest eigenvalue of the mean of ``J^T J``, ``J = [p x n, n]``, with the points p about
-    their centre and in units of their root mean square radius: 0 where a sphere, a cylinder or a
-    plane slides along itself (Gelfand et al. 2003, geometrically stable sampling).
-    """
-    moved, stay = registration.pairs.T
-    points = se3.apply(registration.T_target_source, source.points[moved])
-    points = points - points.mean(axis=0)
-    radius = np.sqrt((points**2).sum(axis=1).mean())
-    normals = target.normals[stay]
-    jacobian = np.hstack([np.cross(points / (radius or 1.0), normals), normals])
-    smallest = np.linalg.eigvalsh(jacobian.T @ jacobian / len(jacobian))[0]
-    return max(float(smallest), 0.0)  # rounding may leave it below
-
-
-def looseness(
-    registration: Registration,
-    source: View,
-    target: View,
-    min_overlap: float,
-    min_stability: float,
-) -> str | None:
-    """Why the trimmed pairs do not hold the source well enough, None where they do.
-
-    Parameters
-    ----------
-    registration, source, target
-        As a judge is given them.
-    min_overlap : float
-        Smallest share of the source that is kept.
-    min_stability : float
-        See `stability`.
-    """
-    if registration.overlap < min_overlap:
-        return f"overlap below {min_overlap:g}"
-    if stability(registration, source, target) < min_stability:
-        return "ambiguous: the overlap can slide along itself"
-    return None
-
-
-def length_read_as_one(view: View, reference_resolution: float) -> float:
-    """The unit in which the down-sampled scans' resolution is `reference_resolution` (length).
-
-    For criteria that compare squared lengths with lengths, which makes them depend on the unit.
-    """
-    return view.scale.resolution / reference_resolution or 1.0
 
 
 class ResidualJudge(ABC):
@@ -100,7 +28,7 @@ class ResidualJudge(ABC):
     ) -> Verdict:
         """Judge `registration`, see `mvreg.contracts.Judge`."""
 
-    def hopeless(
+    def rejected_early(
         self, registration: Registration, few: View, target: View, graph: ViewGraph, factor: float
     ) -> bool:
         """Whether a pose scores worse than `factor` thresholds on `few` of the points."""
@@ -176,15 +104,15 @@ class PointToPlaneJudge(ResidualJudge):
         Smallest mean cosine between paired normals.
     min_overlap : float
         As in `TmseJudge`.
-    min_stability : float
-        Of the trimmed pairs, see `stability`. Two caps of a sphere have 0.0003, pairs of the Bunny
-        0.02 and more.
+    min_localizability : float
+        Of the trimmed pairs, see `localizability`. Two caps of a sphere have 0.0003, pairs of the
+        Bunny 0.02 and more.
     """
 
     max_residual: float = 0.5
     min_agreement: float = 0.8
     min_overlap: float = 0.0
-    min_stability: float = 0.003
+    min_localizability: float = 0.003
 
     def __call__(
         self,
@@ -199,8 +127,10 @@ class PointToPlaneJudge(ResidualJudge):
             reason = "point-to-plane residual too large"
         elif agreement < self.min_agreement:
             reason = "normals disagree"
-        elif loose := looseness(registration, source, target, self.min_overlap, self.min_stability):
-            reason = loose
+        elif weak := underconstrained(
+            registration, source, target, self.min_overlap, self.min_localizability
+        ):
+            reason = weak
         else:
             return Verdict(True, residual, self.max_residual, reason)
         return Verdict(False, residual, self.max_residual, reason)
@@ -218,13 +148,13 @@ class TmseSurfaceJudge(TmseJudge):
     ----------
     resolution_factor, mean_factor, min_overlap, units, reference_resolution
         As in `TmseJudge`.
-    max_residual, min_agreement, min_stability : float
+    max_residual, min_agreement, min_localizability : float
         As in `PointToPlaneJudge`.
     """
 
     max_residual: float = 0.5
     min_agreement: float = 0.8
-    min_stability: float = 0.003
+    min_localizability: float = 0.003
 
     def __call__(
         self,
@@ -235,7 +165,7 @@ class TmseSurfaceJudge(TmseJudge):
     ) -> Verdict:
         printed = super().__call__(registration, source, target, graph)
         surface = PointToPlaneJudge(
-            self.max_residual, self.min_agreement, min_stability=self.min_stability
+            self.max_residual, self.min_agreement, min_localizability=self.min_localizability
         )
         verdict = surface(registration, source, target, graph)
         if not printed.reliable or verdict.reliable:

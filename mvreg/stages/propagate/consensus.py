@@ -1,4 +1,4 @@
-"""From seed matches to candidate poses: spread each seed, find a consensus, rank."""
+"""From seed matches to candidate poses: propagate each seed, find a consensus, rank."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What seeds have spread to: sets of matches, one after the other."""
+"""Propagated seeds: sets of matches, one after the other."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The outer loop over the scans."""
+"""Grow one model scan by scan: Algorithm 2 of the paper."""
 
 from __future__ import annotations
 
@@ -31,14 +31,16 @@ class Growth:
         The model begins with it.
     pipeline : Pipeline
         Merges what is taken in, and tells observers.
-    give_up : float
+    early_rejection : float
         As in `Pipeline.register`.
     """
 
-    def __init__(self, reference: View, pipeline: Pipeline, give_up: float = np.inf) -> None:
+    def __init__(
+        self, reference: View, pipeline: Pipeline, early_rejection: float = np.inf
+    ) -> None:
         self.reference = reference
         self.pipeline = pipeline
-        self.give_up = give_up
+        self.early_rejection = early_rejection
         self.model = pipeline.begin(reference)
         self.poses: dict[str, Array] = {reference.name: np.eye(4)}
         self.pairs: list[Pair] = []
@@ -47,7 +49,7 @@ class Growth:
     def takes_in(self, view: View, pipeline: Pipeline, rng: np.random.Generator) -> bool:
         """Register a view to the model by `pipeline`, and merge it in if that can be relied on."""
         registration, pair = pipeline.register(
-            view, self.model, self.graph, rng.spawn(1)[0], give_up=self.give_up
+            view, self.model, self.graph, rng.spawn(1)[0], early_rejection=self.early_rejection
         )
         self.pairs.append(pair)
         if registration is None or not pair.verdict.reliable:
@@ -79,7 +81,7 @@ class GrowStrategy:
         Parameters by their dotted names, e.g. ``{seed.top_fraction: 1.0}``, that replace the
         pipeline's at each level. A configuration is composed without those that the user sets or
         that the chosen stages do not have. ``[{}]`` is the paper's loop.
-    give_up : float
+    early_rejection : float
         A pose that scores worse than so many times the judge's threshold on an eighth of the points
         is not refined on all of them, if the judge is one that can tell, see
         `mvreg.contracts.ScreeningJudge`. Of 111 poses relied on in nine orders of Bunny, Dragon and
@@ -87,19 +89,21 @@ class GrowStrategy:
     """
 
     levels: list[dict[str, Any]] = field(default_factory=careful_levels)
-    give_up: float = 3.0
+    early_rejection: float = 3.0
 
     def __post_init__(self) -> None:
         if not self.levels:
             raise InputError("strategy.levels: expected at least one level, [{}]; got none")
-        if not self.give_up > 0:
-            raise InputError(f"strategy.give_up: expected a number above 0, got {self.give_up}")
+        if not self.early_rejection > 0:
+            raise InputError(
+                f"strategy.early_rejection: expected a number above 0, got {self.early_rejection}"
+            )
 
     def __call__(
         self, views: Sequence[View], pipeline: Pipeline, rng: np.random.Generator
     ) -> Result:
         pipelines = [pipeline.with_parameters(level) for level in self.levels]
-        growth = Growth(views[0], pipeline, self.give_up)
+        growth = Growth(views[0], pipeline, self.early_rejection)
         waiting = list(views[1:])
         level = 0
         while waiting and level < len(pipelines):

@@ -1,4 +1,4 @@
-"""Align and integrate the scans one by one, in the order given."""
+"""Register and integrate the scans one by one, in the order given."""
 
 from __future__ import annotations
 

@@ -55,11 +55,11 @@ def partners(
     return which, moved[which] - target[other], cosines, planes[other]
 
 
-def look(
+def directed_evidence(
     target: Array, planes: Array, points: Array, normals: Array, centre: Array, transform: Array,
     reach: float, least_cosine: float, oriented: bool,
 ) -> tuple[NDArray[np.bool_], int, Array]:  # fmt: skip
-    """What of `look` is about the surface: the points that met, how many are near, and the sums."""
+    """The surface part of `directed_evidence`: contacts, near points, sums."""
     which, gaps, cosines, there = partners(target, planes, points, normals, transform, reach)
     if not oriented:
         there = np.where(cosines[:, None] < 0, -there, there)
@@ -76,11 +76,11 @@ def look(
     return met, len(which), both
 
 
-def touch(
+def contact_heights(
     target: Array, planes: Array, points: Array, normals: Array, transform: Array, reach: float,
     least_cosine: float,
 ) -> tuple[Indices, Array]:  # fmt: skip
-    """As `mvreg.kernels.evidence.touch`."""
+    """As `mvreg.kernels.evidence.contact_heights`."""
     which, gaps, cosines, there = partners(target, planes, points, normals, transform, reach)
     agree = np.abs(cosines) > least_cosine
     return which[agree], np.abs((gaps[agree] * there[agree]).sum(axis=1))

@@ -8,8 +8,8 @@ import numpy as np
 
 from mvreg.errors import InputError
 from mvreg.geometry import se3
-from mvreg.stages.judge.residual import ResidualJudge, length_read_as_one
-from mvreg.stages.refine.trimmed import TrimmedICP
+from mvreg.stages import ResidualJudge, TrimmedICP
+from mvreg.surface import length_read_as_one
 from mvreg.types import Array, Registration, Verdict, View, ViewGraph
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from mvreg.contracts import Pipeline
 from mvreg.geometry import se3
-from mvreg.stages.judge.residual import TmseJudge
+from mvreg.stages import TmseJudge
 from mvreg.types import Array, Edge, Pair, Registration, Result, View, ViewGraph
 from mvreg_comparators.dual import DualCriterion
 

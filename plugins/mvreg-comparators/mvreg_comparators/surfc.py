@@ -10,7 +10,7 @@ import numpy as np
 
 from mvreg.contracts import Pipeline
 from mvreg.errors import InputError
-from mvreg.stages.judge.residual import surface_fit
+from mvreg.surface import surface_fit
 from mvreg.types import Array, Edge, Pair, Registration, Result, View, ViewGraph
 from mvreg_comparators.graph import crossing
 from mvreg_comparators.visibility import Visibility, Witness

@@ -16,8 +16,8 @@ import numpy as np
 
 from mvreg.errors import InputError
 from mvreg.geometry import se3
-from mvreg.stages.judge.residual import ResidualJudge, looseness
-from mvreg.surface.range_image import RangeImage, Sensor
+from mvreg.stages import ResidualJudge
+from mvreg.surface import RangeImage, Sensor, underconstrained
 from mvreg.types import Array, Registration, Verdict, View, ViewGraph
 
 #: A view, and what its sensor saw; None where nothing is known of that.
@@ -124,14 +124,14 @@ class VisibilityJudge(Visibility, ResidualJudge):
         more of them.
     min_overlap : float
         Registrations that keep less of the source are not relied on; 0 leaves it to the refinement.
-    min_stability : float
+    min_localizability : float
         Of the trimmed pairs, see `mvreg.stages.judge.PointToPlaneJudge`: a plane may slide along
         another without a violation.
     """
 
     min_visible: float = 0.2
     min_overlap: float = 0.0
-    min_stability: float = 0.003
+    min_localizability: float = 0.003
 
     def __call__(
         self,
@@ -151,11 +151,13 @@ class VisibilityJudge(Visibility, ResidualJudge):
         visible = max(sight.consistent for sight in sights)
         reason = "no surface stands in free space"
         if violation > self.max_violation:
-            reason = "a surface stands in what the other sensor saw to be free"
+            reason = "free-space violation: a surface lies where the other sensor saw free space"
         elif visible < self.min_visible:
             reason = "too little is seen by both"
-        elif loose := looseness(registration, source, target, self.min_overlap, self.min_stability):
-            reason = loose
+        elif weak := underconstrained(
+            registration, source, target, self.min_overlap, self.min_localizability
+        ):
+            reason = weak
         else:
             return Verdict(True, violation, self.max_violation, reason)
         return Verdict(False, violation, self.max_violation, reason)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import mvreg
-from mvreg.evaluation.pose_errors import pose_errors
+from mvreg import pose_errors
 
 #: e_R and e_t of Table 2, in file order.
 PRINTED = {"surfc": (0.0262, 1.4734), "spant": (0.0242, 1.3588)}

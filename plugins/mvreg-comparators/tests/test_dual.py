@@ -3,7 +3,7 @@ from dataclasses import replace
 import pytest
 from mvreg_comparators.dual import DualJudge
 
-from mvreg.stages.refine.trimmed import TrimmedICP
+from mvreg.stages import TrimmedICP
 from mvreg.testing import JudgeContract, overlap
 from mvreg.testing.views import graph_of
 from mvreg.types import Model

@@ -6,8 +6,8 @@ from mvreg_comparators.visibility import Sight, Visibility, VisibilityJudge
 
 import mvreg
 from mvreg.geometry import se3
-from mvreg.stages.refine.trimmed import TrimmedICP
-from mvreg.surface.range_image import RangeImage, Sensor, estimated_direction
+from mvreg.stages import TrimmedICP
+from mvreg.surface import RangeImage, Sensor, estimated_direction
 from mvreg.testing import JudgeContract, blob_views, overlap
 from mvreg.types import Features, Model, Scale, Scan, View
 
@@ -140,7 +140,7 @@ def test_each_reason_to_refuse():
 
     assert reason(min_visible=0.99) == "too little is seen by both"
     assert reason(min_overlap=0.99) == "overlap below 0.99"
-    assert "slide" in reason(min_stability=1.0)
+    assert "slide" in reason(min_localizability=1.0)
 
 
 def test_a_plane_that_slides_along_another_is_refused():

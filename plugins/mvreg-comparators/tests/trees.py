@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from mvreg.geometry import se3
-from mvreg.stages.refine.trimmed import TrimmedICP
+from mvreg.stages import TrimmedICP
 from mvreg.testing import blob_scans, blob_views, pipeline
 from mvreg.types import Candidates, Matches, Verdict, View
 

@@ -19,7 +19,7 @@ from mvreg_peers.clouds import Cloud, in_scan_frames
 from mvreg_peers.graph import Attempt
 
 #: Two registration points closer than this are a pair (resolutions of the target).
-REACH = 2.0
+PAIRING_DISTANCE = 2.0
 
 
 def all_pairs(
@@ -87,7 +87,7 @@ def registered(edge: Attempt, source: View, target: View, pose: Array) -> Regist
     minimised is not known here: `objective` is the mean squared distance too.
     """
     moved = se3.apply(pose, source.points)
-    distances, partners = nearest(target.tree, moved, REACH * target.resolution)
+    distances, partners = nearest(target.tree, moved, PAIRING_DISTANCE * target.resolution)
     chosen = np.flatnonzero(np.isfinite(distances))
     if not len(chosen):
         distances, partners = nearest(target.tree, moved)

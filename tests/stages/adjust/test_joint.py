@@ -317,7 +317,7 @@ def test_what_many_scans_share_counts_once():
     shapes = [surfaces([moved_view(views()[0], np.eye(4))])[0]] * 3
     motions, reach = np.stack([np.eye(4)] * 3), views()[0].scale.resolution
     found = contacts(shapes, motions, [(0, 1), (0, 2), (1, 2)], Gate(reach))
-    asked = shapes[0].share * shapes[0].trust ** 2
+    asked = shapes[0].share * shapes[0].incidence_weight ** 2
     assert found.ways.tolist() == [[0, 1], [1, 0], [0, 2], [2, 0], [1, 2], [2, 1]]
     np.testing.assert_allclose(found.weights, asked[found.samples] / 3 / 2)
 

@@ -11,9 +11,8 @@ from mvreg.stages.judge.residual import (
     TmseJudge,
     TmseSurfaceJudge,
     Units,
-    stability,
-    surface_fit,
 )
+from mvreg.surface.fit import localizability, surface_fit
 from mvreg.testing.views import graph_of, overlap, plain_view, registration
 from mvreg.types import Scale, ViewGraph
 
@@ -82,7 +81,7 @@ def test_factors_are_parameters():
 def test_too_little_overlap_is_not_relied_on(judge):
     found, source, target = fit_with(0.01, overlap_share=0.5)
     for least, reliable in [(0.0, True), (0.5, True), (0.51, False)]:
-        free = {} if judge is TmseJudge else {"min_stability": 0.0}  # a plane slides
+        free = {} if judge is TmseJudge else {"min_localizability": 0.0}  # a plane slides
         verdict = judge(min_overlap=least, **free)(found, source, target, ViewGraph())
         assert verdict.reliable is reliable
         if not reliable:
@@ -108,10 +107,10 @@ def test_the_agreement_is_the_mean_cosine():
     turned = replace(source, normals=sideways)
     found = registration(turned, target, np.eye(4))
     assert surface_fit(found, turned, target)[1] == pytest.approx(0.5)
-    assert not PointToPlaneJudge(min_agreement=0.51, min_stability=0)(
+    assert not PointToPlaneJudge(min_agreement=0.51, min_localizability=0)(
         found, turned, target, []
     ).reliable
-    assert PointToPlaneJudge(min_agreement=0.49, min_stability=0)(
+    assert PointToPlaneJudge(min_agreement=0.49, min_localizability=0)(
         found, turned, target, []
     ).reliable
 
@@ -177,20 +176,20 @@ def cap(count=2000):
 def test_what_slides_along_itself_is_ambiguous(judge, shape):
     view = shape()
     found = registration(view, view, np.eye(4))
-    assert stability(found, view, view) < 1e-9
+    assert localizability(found, view, view) < 1e-9
     verdict = judge()(found, view, view, ViewGraph())
     assert not verdict.reliable
     assert "ambiguous" in verdict.reason
-    assert judge(min_stability=0.0)(found, view, view, ViewGraph()).reliable
+    assert judge(min_localizability=0.0)(found, view, view, ViewGraph()).reliable
 
 
 def test_what_has_a_shape_is_stable_in_any_unit():
     pair = overlap()
     found = registration(pair.source, pair.target, pair.T_target_source)
-    firm = stability(found, pair.source, pair.target)
+    firm = localizability(found, pair.source, pair.target)
     assert firm > 0.003
     source, target = (replace(v, points=v.points * 1000) for v in (pair.source, pair.target))
     pose = pair.T_target_source.copy()
     pose[:3, 3] *= 1000
-    large = stability(replace(found, T_target_source=pose), source, target)
+    large = localizability(replace(found, T_target_source=pose), source, target)
     assert large == pytest.approx(firm, rel=1e-6)

@@ -1,4 +1,4 @@
-"""The judge by evidence: probable, no rival, loops close; against scans and models with parts."""
+"""The judge by evidence: probability, alternatives, loops; scans and models with parts."""
 
 from dataclasses import replace
 
@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from mvreg.errors import InputError
-from mvreg.evidence.pooled import weigh
-from mvreg.evidence.pooling import ROUGH
+from mvreg.evidence.pooled import pool_evidence
+from mvreg.evidence.pooling import SUBSAMPLING
 from mvreg.geometry import se3
-from mvreg.stages.judge.evidence import EvidenceJudge, distance, meetings
+from mvreg.stages.judge.evidence import EvidenceJudge, distance, view_pairs
 from mvreg.testing import blob_scans, blob_views, overlap
 from mvreg.testing.scans import blob_scan, plane_scans, sensor_pose
 from mvreg.testing.views import graph_of, pipeline, registration
@@ -40,7 +40,7 @@ def test_a_right_pose_is_reliable_and_says_how_much():
     assert verdict.confidence > 0.9
     assert verdict.score == pytest.approx(1 - verdict.confidence)
     assert verdict.threshold == pytest.approx(1 - EvidenceJudge().min_probability)
-    assert verdict.evidence["overlap"] > 0.6
+    assert verdict.evidence["surface_overlap"] > 0.6
 
 
 def test_a_right_pose_is_not_reliable_enough_for_every_wish():
@@ -53,31 +53,31 @@ def test_a_right_pose_is_not_reliable_enough_for_every_wish():
     assert not judged(found(pose), min_probability=wish).reliable
 
 
-def test_a_rival_as_probable_makes_it_ambiguous():
+def test_an_alternative_as_probable_makes_it_ambiguous():
     pose = overlap().T_target_source
     weak, strong = turned(90, pose), turned(0, pose)
-    one = replace(found(), rivals=np.array([weak]))
-    assert judged(one).reliable, "a rival that does not fit is none"
-    near = replace(found(), rivals=np.array([turned(2, pose), strong]))
-    assert judged(near).reliable, "the same pose once more is no rival"
-    # The rival is right, and clearly different from what was found.
-    other = replace(found(weak), rivals=np.array([pose]))
+    one = replace(found(), alternatives=np.array([weak]))
+    assert judged(one).reliable, "an alternative that does not fit is none"
+    near = replace(found(), alternatives=np.array([turned(2, pose), strong]))
+    assert judged(near).reliable, "the same pose once more is no alternative"
+    # The alternative is right, and clearly different from what was found.
+    other = replace(found(weak), alternatives=np.array([pose]))
     verdict = judged(other)
     assert not verdict.reliable
     assert verdict.reason.startswith("ambiguous")
     assert verdict.confidence < 0.5
 
 
-def test_a_rough_look_at_a_rival_tells_what_a_whole_one_does():
+def test_a_subsample_at_an_alternative_tells_what_a_whole_one_does():
     pair, judge = overlap(), EvidenceJudge()
     for degrees, likely in ((0, True), (1, True), (25, False), (90, False)):
         pose = turned(degrees, pair.T_target_source)
-        whole = weigh(meetings(pair.source, pair.target, pose))
-        rough = weigh(meetings(pair.source, pair.target, pose, ROUGH))
-        assert rough.plausibility == pytest.approx(whole.plausibility, abs=0.05)
-        assert rough.points == pytest.approx(whole.points, rel=0.2, abs=5 * ROUGH)
+        whole = pool_evidence(view_pairs(pair.source, pair.target, pose))
+        subsampled = pool_evidence(view_pairs(pair.source, pair.target, pose, SUBSAMPLING))
+        assert subsampled.plausibility == pytest.approx(whole.plausibility, abs=0.05)
+        assert subsampled.points == pytest.approx(whole.points, rel=0.2, abs=5 * SUBSAMPLING)
         told = judge.likelihood(pair.source, pair.target, pose)
-        assert told == (whole if likely else rough).plausibility
+        assert told == (whole if likely else subsampled).plausibility
 
 
 def test_parts_that_cannot_be_met_are_not_asked():
@@ -86,10 +86,10 @@ def test_parts_that_cannot_be_met_are_not_asked():
     model = replace(
         Model.of(pair.target), parts=(Part(pair.target, np.eye(4)), Part(pair.target, aside))
     )
-    asked = meetings(pair.source, model, pair.T_target_source)
-    assert [meeting.target for meeting in asked] == [pair.target]
-    alone = meetings(pair.source, pair.target, pair.T_target_source)
-    assert weigh(asked) == weigh(alone)
+    asked = view_pairs(pair.source, model, pair.T_target_source)
+    assert [view_pair.target for view_pair in asked] == [pair.target]
+    alone = view_pairs(pair.source, pair.target, pair.T_target_source)
+    assert pool_evidence(asked) == pool_evidence(alone)
 
 
 def test_a_loop_that_does_not_close_is_seen():
@@ -121,16 +121,16 @@ def test_of_a_model_every_part_has_a_say():
     parts = tuple(Part(view, base @ truth[view.name]) for view in (first, second))
     model = replace(Model.of(first), parts=parts)
     pose = base @ truth[source.name]
-    met = meetings(source, model, pose)
+    met = view_pairs(source, model, pose)
     assert [m.target for m in met] == [first, second]
-    for meeting, part in zip(met, parts, strict=True):
-        np.testing.assert_allclose(part.T_model_scan @ meeting.T_target_source, pose, atol=1e-9)
+    for view_pair, part in zip(met, parts, strict=True):
+        np.testing.assert_allclose(part.T_model_scan @ view_pair.T_target_source, pose, atol=1e-9)
     verdict = EvidenceJudge()(registration(source, first, pose), source, model, ViewGraph())
     assert verdict.reliable
     alone = EvidenceJudge()(registration(source, first, pose), source, first, ViewGraph())
     assert verdict.evidence["points"] > alone.evidence["points"]
     bare = replace(model, parts=())
-    assert [m.target for m in meetings(source, bare, pose)] == [bare]
+    assert [m.target for m in view_pairs(source, bare, pose)] == [bare]
 
 
 @pytest.mark.parametrize("shape", ["plane", "sphere"])
@@ -160,9 +160,9 @@ def test_distance_is_that_of_the_points():
     [
         {"min_probability": 0.0},
         {"min_probability": 1.0},
-        {"max_rival": -0.1},
-        {"rival_angle": 0.0},
-        {"rival_distance": -1.0},
+        {"max_alternative": -0.1},
+        {"alternative_angle": 0.0},
+        {"alternative_distance": -1.0},
         {"loop_tolerance": 0.0},
     ],
 )

@@ -7,7 +7,7 @@ import pytest
 from mvreg.errors import InputError
 from mvreg.geometry import se3
 from mvreg.kernels import trimmed_pairs
-from mvreg.screening import SCREENING
+from mvreg.screening import FINE_STEP
 from mvreg.stages.refine.plane_base import smallest_step
 from mvreg.stages.refine.planes import GeneralizedICP, PointToPlane, SymmetricICP
 from mvreg.stages.refine.trimmed import Trim, TrimmedICP
@@ -104,7 +104,7 @@ def test_the_right_pose_has_the_lowest_objective(stage):
     rng = np.random.default_rng(4)
     for source, target, truth in neighbours():
         few = replace(
-            source, points=source.points[::SCREENING], normals=source.normals[::SCREENING]
+            source, points=source.points[::FINE_STEP], normals=source.normals[::FINE_STEP]
         )
         right = stage(few, target, truth @ nudge(source, 5.0, 1.0))
         assert apart(right.T_target_source, truth, source.points) < 2 * source.resolution

@@ -1,4 +1,4 @@
-"""Most promising first: promises, partial models, joins that all scans agree with."""
+"""Most promising first: overlap scores, partial models, joins that all scans agree with."""
 
 from dataclasses import replace
 from functools import cache
@@ -9,14 +9,14 @@ import pytest
 from mvreg import events
 from mvreg.errors import InputError
 from mvreg.evidence import pooling
-from mvreg.evidence.pooled import weigh
+from mvreg.evidence.pooled import pool_evidence
 from mvreg.geometry import se3
 from mvreg.stages.describe.spectrum import NoDescribe
 from mvreg.stages.judge.evidence import EvidenceJudge
-from mvreg.stages.strategy.best_first.overlap_score import promise
+from mvreg.stages.strategy.best_first.overlap_score import overlap_scores
 from mvreg.stages.strategy.best_first.partial_models import PartialModels
 from mvreg.stages.strategy.best_first.search import Search
-from mvreg.stages.strategy.best_first.strategy import BestFirst, doubt, outcome
+from mvreg.stages.strategy.best_first.strategy import BestFirst, error_probability, outcome
 from mvreg.testing import blob_scans, blob_views, pipeline
 from mvreg.testing.results import misplacement
 from mvreg.testing.views import scaled_view
@@ -44,9 +44,9 @@ def separated():
     return answer, told
 
 
-def test_promise_is_larger_where_scans_overlap():
+def test_score_is_larger_where_scans_overlap():
     views, _ = two_objects()
-    found = promise(views, RADII, 5)
+    found = overlap_scores(views, RADII, 5)
     np.testing.assert_array_equal(found, found.T)
     assert not np.diag(found).any()
     first = np.array([view.name.startswith("0") for view in views])
@@ -55,36 +55,36 @@ def test_promise_is_larger_where_scans_overlap():
     assert found[same].mean() > 1.15 * found[other].mean()
 
 
-def test_promise_knows_no_unit_and_no_order():
+def test_score_knows_no_unit_and_no_order():
     views = blob_views(3)
-    found = promise(views, RADII, 5)
-    scaled = promise([scaled_view(view, 1024.0) for view in views], RADII, 5)
+    found = overlap_scores(views, RADII, 5)
+    scaled = overlap_scores([scaled_view(view, 1024.0) for view in views], RADII, 5)
     np.testing.assert_allclose(scaled, found, rtol=1e-9)
-    np.testing.assert_allclose(promise(views[::-1], RADII, 5), found[::-1, ::-1], rtol=0.1)
+    np.testing.assert_allclose(overlap_scores(views[::-1], RADII, 5), found[::-1, ::-1], rtol=0.1)
 
 
-def test_promise_asks_nothing_of_the_signs_of_normals_that_mean_nothing():
+def test_score_asks_nothing_of_the_signs_of_normals_that_mean_nothing():
     views = blob_views(3)
     unsure = [replace(v, features=replace(v.features, oriented=False)) for v in views]
     turned = [
         replace(v, features=replace(v.features, normals=sign * v.features.normals))
         for v, sign in zip(unsure, (1, -1, 1), strict=True)
     ]
-    found = promise(unsure, RADII, 5)
-    np.testing.assert_array_equal(promise(turned, RADII, 5), found)
-    assert not np.array_equal(promise(views, RADII, 5), found)
+    found = overlap_scores(unsure, RADII, 5)
+    np.testing.assert_array_equal(overlap_scores(turned, RADII, 5), found)
+    assert not np.array_equal(overlap_scores(views, RADII, 5), found)
 
 
-def test_scans_without_keypoints_promise_nothing():
+def test_scans_without_keypoints_score_nothing():
     views = blob_views(3)
     bare = NoDescribe()(views[1].scan, views[1].points, 1.0)
-    found = promise([views[0], replace(views[1], features=bare), views[2]], RADII, 5)
+    found = overlap_scores([views[0], replace(views[1], features=bare), views[2]], RADII, 5)
     assert not found[1].any()
     assert found[0, 2] > 0
     empty = [replace(view, features=bare) for view in views]
-    assert not promise(empty, RADII, 5).any()
+    assert not overlap_scores(empty, RADII, 5).any()
     lonely = [replace(view, points=view.points[:3] + 1e6) for view in views]
-    assert not promise(lonely, RADII, 5).any(), "keypoints far from all points have no shape"
+    assert not overlap_scores(lonely, RADII, 5).any(), "keypoints far from all points have no shape"
 
 
 def test_scans_of_two_objects_are_separated():
@@ -158,32 +158,34 @@ def joined(views, truth):
 def test_a_view_that_all_others_contradict_is_taken_back():
     views, truth = blob_views(3), blob_scans(3).poses
     models = joined(views, truth)
-    assert BestFirst().take_back(models, EvidenceJudge()) == []
+    assert BestFirst().withdraw(models, EvidenceJudge()) == []
     centre = views[2].points.mean(axis=0)
     turn = se3.exp(np.array([0.0, 0.0, 1.0, 0, 0, 0]))
     turn[:3, 3] = centre - turn[:3, :3] @ centre
     models.poses[2] = models.poses[2] @ turn
-    assert BestFirst().take_back(models, EvidenceJudge()) == [2]
+    assert BestFirst().withdraw(models, EvidenceJudge()) == [2]
     answer = outcome(models, np.ones((3, 3)), [])
     assert answer.unregistered == (views[2].name,)
 
 
-def test_a_rough_look_is_enough_for_a_view_in_its_place(monkeypatch):
+def test_a_subsample_is_enough_for_a_view_in_its_place(monkeypatch):
     steps = []
-    asked = pooling.look
-    monkeypatch.setattr(pooling, "look", lambda *args: steps.append(args[3]) or asked(*args))
+    asked = pooling.directed_evidence
+    monkeypatch.setattr(
+        pooling, "directed_evidence", lambda *args: steps.append(args[3]) or asked(*args)
+    )
     views, truth = blob_views(3), blob_scans(3).poses
     models = joined(views, truth)
-    for meetings in models.met_by([0, 1, 2]).values():
-        assert doubt(EvidenceJudge(), meetings) == pytest.approx(
-            1 - weigh(meetings).probability, abs=0.05
+    for view_pairs in models.incident_pairs([0, 1, 2]).values():
+        assert error_probability(EvidenceJudge(), view_pairs) == pytest.approx(
+            1 - pool_evidence(view_pairs).probability, abs=0.05
         )
     steps.clear()
-    assert BestFirst().take_back(models, EvidenceJudge()) == []
-    assert set(steps) == {pooling.ROUGH}
+    assert BestFirst().withdraw(models, EvidenceJudge()) == []
+    assert set(steps) == {pooling.SUBSAMPLING}
     models.poses[2] = models.poses[2] @ se3.exp(np.array([0.0, 0.0, 1.0, 0, 0, 0]))
-    wrong = models.met_by([0, 1, 2])[2]
-    assert doubt(EvidenceJudge(), wrong) == 1 - weigh(wrong).probability > 0.5
+    wrong = models.incident_pairs([0, 1, 2])[2]
+    assert error_probability(EvidenceJudge(), wrong) == 1 - pool_evidence(wrong).probability > 0.5
 
 
 def test_a_join_is_refused_that_the_other_scans_object_to():
@@ -199,11 +201,13 @@ def test_a_join_is_refused_that_the_other_scans_object_to():
     found = JUDGED.refine(models.views[2], models.views[0], true(0, 2))
     verdict = Verdict(True, 0.0, 1.0, "fine")
     models.join(3, 2, true(2, 3))
-    agreed = BestFirst().agreed(models, EvidenceJudge(), 2, 0, found, verdict)
-    assert not agreed.reliable
-    assert "object" in agreed.reason
+    consistent_join = BestFirst().consistent_join(models, EvidenceJudge(), 2, 0, found, verdict)
+    assert not consistent_join.reliable
+    assert "contradict" in consistent_join.reason
     assert (
-        BestFirst().agreed(PartialModels(models.views), EvidenceJudge(), 2, 0, found, verdict)
+        BestFirst().consistent_join(
+            PartialModels(models.views), EvidenceJudge(), 2, 0, found, verdict
+        )
         is verdict
     )
 
@@ -223,9 +227,9 @@ def test_a_copy_of_partial_models_changes_alone():
 
 def test_the_most_promising_is_tried_first_then_alone_then_more_of_them():
     models = PartialModels(blob_views(4))
-    promises = np.array([[0, 0.1, 0.2, 0.15], [0.1, 0, 0.5, 0.4], [0.2, 0.5, 0, 0.4],
+    scores = np.array([[0, 0.1, 0.2, 0.15], [0.1, 0, 0.5, 0.4], [0.2, 0.5, 0, 0.4],
                          [0.15, 0.4, 0.4, 0]])  # fmt: skip
-    search = Search(promises, models, parts=2, patience=4)
+    search = Search(scores, models, parts=2, max_failures=4)
     assert search.next() == (2, [1])
     models.join(2, 1, np.eye(4))
     models.join(3, 1, np.eye(4))
@@ -233,16 +237,16 @@ def test_the_most_promising_is_tried_first_then_alone_then_more_of_them():
     while (found := search.next()) is not None:
         tried.append(found)
         search.failed(*found)
-    assert [source for source, _ in tried] == [0] * 4, "patience has an end"
+    assert [source for source, _ in tried] == [0] * 4, "max_failures is respected"
     assert tried[0][1] == [2, 3]
     assert [len(targets) for _, targets in tried] == [2, 1, 3, 1]
     assert len({frozenset(targets) for _, targets in tried}) == 4, "nothing is tried twice"
-    assert promises[0, 2] == 0.2, "the caller's promises are changed"
+    assert scores[0, 2] == 0.2, "the caller's scores are changed"
 
 
 def test_the_search_ends_after_many_failures_in_a_row():
     models = PartialModels(blob_views(4))
-    search = Search(np.ones((4, 4)) - np.eye(4), models, parts=1, patience=100)
+    search = Search(np.ones((4, 4)) - np.eye(4), models, parts=1, max_failures=100)
     search.in_a_row = 11
     found = search.next()
     search.joined()
@@ -253,7 +257,7 @@ def test_the_search_ends_after_many_failures_in_a_row():
 
 
 @pytest.mark.parametrize(
-    "wrong", [{"radii": []}, {"radii": [2.0, 1.0]}, {"parts": 0}, {"patience": -1}]
+    "wrong", [{"radii": []}, {"radii": [2.0, 1.0]}, {"parts": 0}, {"max_failures": -1}]
 )
 def test_parameters_are_checked(wrong):
     with pytest.raises(InputError, match="strategy"):

@@ -5,11 +5,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from mvreg.evidence.pooled import weigh
+from mvreg.evidence.pooled import pool_evidence
 from mvreg.run import dataset, load_method, register
 from mvreg.stages.judge.evidence import EvidenceJudge
 from mvreg.stages.judge.residual import PointToPlaneJudge, TmseSurfaceJudge
-from mvreg.stages.strategy.best_first.joint_verdict import doubt, together
+from mvreg.stages.strategy.best_first.joint_verdict import error_probability, together
 from mvreg.stages.strategy.best_first.partial_models import PartialModels
 from mvreg.testing import blob_scans, blob_views
 from mvreg.types import Verdict
@@ -35,19 +35,19 @@ def pairs(turned=False):
     if turned:
         turn = np.diag([-1.0, -1.0, 1.0, 1.0])
         models.poses[2] = models.poses[2] @ turn
-    return models.meetings([0, 1, 2], [0, 1, 2])
+    return models.view_pairs([0, 1, 2], [0, 1, 2])
 
 
 def test_a_judge_that_pools_is_asked_to():
     found = together(EvidenceJudge(), pairs())
-    assert found.probability == weigh(pairs()).probability > 0.95
-    assert doubt(EvidenceJudge(), pairs()) < 0.1
+    assert found.probability == pool_evidence(pairs()).probability > 0.95
+    assert error_probability(EvidenceJudge(), pairs()) < 0.1
 
 
 @pytest.mark.parametrize("judge", [PointToPlaneJudge(), TmseSurfaceJudge()])
 def test_any_other_is_asked_about_each_pair(judge):
     assert together(judge, pairs()).probability == 1.0
-    assert doubt(judge, pairs()) == 0.0
+    assert error_probability(judge, pairs()) == 0.0
 
 
 def test_what_it_refuses_counts():
@@ -55,7 +55,7 @@ def test_what_it_refuses_counts():
     found = together(Refuses(), pairs())
     assert (found.probability, found.reason) == (0.0, "never")
     assert len(ASKED) >= 2
-    assert doubt(Refuses(), pairs()) == 1.0
+    assert error_probability(Refuses(), pairs()) == 1.0
     assert together(Refuses(), []).probability == 1.0
 
 

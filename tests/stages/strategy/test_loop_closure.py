@@ -57,14 +57,17 @@ class Gullible(EvidenceJudge):
     confidence: float = 0.96
 
     def __call__(self, registration, source, target, graph):
-        open_loop = not self.closes(registration, source, target, graph)
+        open_loop = not self.closes_loops(registration, source, target, graph)
         LOOPS.append(graph.loop(source, target) is not None)
         why = "the loop does not close" if open_loop else "believed"
         return Verdict(not open_loop, 0.0, 1.0, why, self.confidence, {}, open_loop)
 
     def together(self, pairs):
-        return replace(super().together(pairs), overlap=1.0, residual=0.0, agreement=1.0,
-                       violation=0.0, stability=1.0, pull=0.0, points=10000)  # fmt: skip
+        found = super().together(pairs)
+        return replace(
+            found, surface_overlap=1.0, residual=0.0, agreement=1.0, violation=0.0,
+            localizability=1.0, residual_step=0.0, points=10000,
+        )  # fmt: skip
 
 
 LOOPS: list[bool] = []
@@ -72,9 +75,10 @@ LOOPS: list[bool] = []
 
 @pytest.fixture(autouse=True)
 def promised(monkeypatch):
-    monkeypatch.setattr(strategy, "promise", lambda *_: PROMISES.copy())
+    monkeypatch.setattr(strategy, "overlap_scores", lambda *_: PROMISES.copy())
     monkeypatch.setattr(
-        "mvreg.stages.strategy.best_first.joint_verdict.turned", lambda *_: np.empty((0, 4, 4))
+        "mvreg.stages.strategy.best_first.joint_verdict.symmetry_hypotheses",
+        lambda *_: np.empty((0, 4, 4)),
     )
     LOOPS.clear()
 

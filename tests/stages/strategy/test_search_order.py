@@ -11,7 +11,7 @@ from mvreg.testing import blob_views
 
 
 def from_scratch(search):
-    """What `Search.next` says, from the promises alone."""
+    """What `Search.next` says, from the overlap scores alone."""
     models, found = search.models, []
     sizes = {int(g): len(models.members(int(g))) for g in models.group}
     for members in models.groups():
@@ -19,9 +19,9 @@ def from_scratch(search):
         for source, own in enumerate(models.group.tolist()):
             if own == label or sizes[own] > sizes[label]:
                 continue
-            if search.failures[source] >= search.patience + sizes[own] - 1:
+            if search.failures[source] >= search.max_failures + sizes[own] - 1:
                 continue
-            best = search.promises[source, members].max()
+            best = search.scores[source, members].max()
             found.append((best * search.factor[source], source, members))
     for _, source, members in sorted(found, key=lambda one: -one[0]):
         for targets in search.targets(source, members):
@@ -31,15 +31,15 @@ def from_scratch(search):
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_the_next_attempt_is_the_one_that_promises_most(seed):
+def test_the_next_attempt_is_the_one_that_scores_most(seed):
     rng, view = np.random.default_rng(seed), blob_views()[0]
     count = 14
     models = PartialModels([replace(view, name=str(k)) for k in range(count)])
-    promises = rng.random((count, count))
+    scores = rng.random((count, count))
     if seed % 2:
-        promises = np.round(4 * promises) / 4  # of equals the first
-    promises = np.triu(promises, 1) + np.triu(promises, 1).T
-    search = Search(promises, models, parts=3, patience=6)
+        scores = np.round(4 * scores) / 4  # of equals the first
+    scores = np.triu(scores, 1) + np.triu(scores, 1).T
+    search = Search(scores, models, parts=3, max_failures=6)
     attempts = joins = 0
     while (found := search.next()) is not None:
         assert found == from_scratch(search)

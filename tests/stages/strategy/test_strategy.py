@@ -38,7 +38,7 @@ class Scripted:
     def extend(self, model, view, found):
         return replace(model, parts=(*model.parts, Part(view, np.eye(4))))
 
-    def register(self, source, target, graph, rng, give_up=np.inf):
+    def register(self, source, target, graph, rng, early_rejection=np.inf):
         size = len(target.members)
         self.asked.append((source.name, size, self.level, len(graph)))
         self.told.append(rng.random())

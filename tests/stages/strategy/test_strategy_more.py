@@ -36,7 +36,7 @@ class Scripted:
     def extend(self, model, view, found):
         return replace(model, parts=(*model.parts, Part(view, np.eye(4))))
 
-    def register(self, source, target, graph, rng, give_up=np.inf):
+    def register(self, source, target, graph, rng, early_rejection=np.inf):
         self.asked.append((source.name, target.members, len(graph)))
         self.drawn.append(rng.random())
         if source.name in self.without:

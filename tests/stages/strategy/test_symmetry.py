@@ -1,4 +1,4 @@
-"""Rivals that a symmetry makes: found for a box, not for a blob."""
+"""Alternatives that a symmetry makes: found for a box, not for a blob."""
 
 from functools import cache
 
@@ -7,7 +7,7 @@ import numpy as np
 import mvreg
 from mvreg.geometry import se3
 from mvreg.stages.refine.planes import PointToPlane
-from mvreg.stages.strategy.best_first.symmetry import turned
+from mvreg.stages.strategy.best_first.symmetry import symmetry_hypotheses
 from mvreg.testing.views import degenerate_pairs, overlap, registration
 
 
@@ -21,26 +21,26 @@ def box():
     return views[1], views[0], truth
 
 
-def test_a_box_has_rivals_half_a_turn_away():
+def test_a_box_has_alternatives_half_a_turn_away():
     source, target, truth = box()
     own = PointToPlane()(source, target, truth)
-    rivals = turned(own, source, target, PointToPlane())
-    assert len(rivals)
-    angles = np.degrees(se3.rotation_angle(rivals, own.T_target_source))
+    alternatives = symmetry_hypotheses(own, source, target, PointToPlane())
+    assert len(alternatives)
+    angles = np.degrees(se3.rotation_angle(alternatives, own.T_target_source))
     assert (angles > 60).any()
 
 
 def test_a_blob_has_none():
     pair = overlap()
     own = PointToPlane()(pair.source, pair.target, pair.T_target_source)
-    rivals = turned(own, pair.source, pair.target, PointToPlane())
-    angles = np.degrees(se3.rotation_angle(rivals, own.T_target_source))
+    alternatives = symmetry_hypotheses(own, pair.source, pair.target, PointToPlane())
+    angles = np.degrees(se3.rotation_angle(alternatives, own.T_target_source))
     assert (angles < 5).all(), "nothing but the pose itself fits"
 
 
 def test_degenerate_views_are_no_error():
     for source, target in degenerate_pairs().values():
         found = registration(source, target, np.eye(4))
-        rivals = turned(found, source, target, PointToPlane())
-        assert rivals.shape[1:] == (4, 4)
-        assert np.isfinite(rivals).all()
+        alternatives = symmetry_hypotheses(found, source, target, PointToPlane())
+        assert alternatives.shape[1:] == (4, 4)
+        assert np.isfinite(alternatives).all()

@@ -1,4 +1,4 @@
-"""Where the surfaces of placed scans lie on each other: pairs of scans, and of their patches."""
+"""Correspondences between the surfaces of placed scans: pairs of scans, and of their patches."""
 
 from __future__ import annotations
 
@@ -123,11 +123,11 @@ def _weights(surfaces: Sequence[Surface], found: Contacts, stride: int) -> Array
     """
     density = np.concatenate([surface.density for surface in surfaces])
     share = np.concatenate([surface.share for surface in surfaces])
-    trust = np.concatenate([surface.trust for surface in surfaces])
+    incidence_weight = np.concatenate([surface.incidence_weight for surface in surfaces])
     samples, patches = found.places(surfaces)
     total = density + np.bincount(samples, density[patches], len(density))
     weights: Array = (
         stride * share[samples] * density[patches] / total[samples]
-        * trust[samples] * trust[patches] / 2
+        * incidence_weight[samples] * incidence_weight[patches] / 2
     )  # fmt: skip
     return weights

@@ -1,4 +1,4 @@
-"""How well the poses of a joint refinement are known."""
+"""Covariances of the poses of a joint refinement."""
 
 from __future__ import annotations
 

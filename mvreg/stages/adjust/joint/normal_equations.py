@@ -1,4 +1,4 @@
-"""The normal equations of all poses at once: sparse, robust, with the reference held fast."""
+"""The normal equations of all poses: sparse, robust, with the gauge fixed at the reference."""
 
 from __future__ import annotations
 

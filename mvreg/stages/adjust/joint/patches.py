@@ -1,4 +1,4 @@
-"""How the patches of a surface lie: their axes, and how many raw points each stands for."""
+"""Principal axes of the patches of a surface, and how many raw points each stands for."""
 
 from __future__ import annotations
 

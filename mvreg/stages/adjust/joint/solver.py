@@ -1,4 +1,4 @@
-"""The search for the poses at which all surfaces lie on each other: coarse, then fine."""
+"""Gauss-Newton iterations of the joint refinement: coarse, then fine."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Joint refinement: every pose at once, against every surface that it touches."""
+"""Joint refinement: all poses at once, each surface against every surface in contact with it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from mvreg.errors import InputError
 from mvreg.stages.adjust.components import over_components
 from mvreg.stages.adjust.joint.solver import Settled, Solver
 from mvreg.stages.adjust.joint.surface import surfaces
-from mvreg.surface.consistency import closeness
+from mvreg.surface.consistency import fit_score
 from mvreg.types import Array, Result, View
 
 #: The surfaces may measure worse by this share before the poses found are thrown away: so much
@@ -26,13 +26,13 @@ class JointRefinement:
     Neugebauer 1997, who also solves for all poses in one system): samples of each scan, smoothed
     over the raw points about them, are to lie on the curved patches of every other scan. Robust
     (Geman and McClure 1985), with a kernel that shrinks with the residuals' spread; Gauss-Newton on
-    SE(3) with sparse normal equations, the reference held fast. First on few samples and on
-    planes, from far off; then on all. Where it ends does not depend on where it starts: from three
-    degrees off on real scans it is the same to 0.01 resolutions.
+    SE(3) with sparse normal equations, the gauge fixed at the reference. First on few samples and
+    on planes, from far off; then on all. Where it ends does not depend on where it starts: from
+    three degrees off on real scans it is the same to 0.01 resolutions.
 
     Scans that no chain of overlaps joins to the reference keep their poses, and partial models are
-    refined each by itself. The result has covariances and links; the scan held fast has a
-    covariance of zero, and one that nothing holds has none.
+    refined each by itself. The result has covariances and links; the scan that fixes the gauge has
+    a covariance of zero, and one that nothing holds has none.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ class JointRefinement:
         their distortion decides.
     guarded : bool
         Keep the poses as they were where the surfaces meet less in the end, see
-        `mvreg.surface.consistency.closeness`.
+        `mvreg.surface.consistency.fit_score`.
     """
 
     reach: float = 4.0
@@ -100,6 +100,6 @@ class JointRefinement:
         if settled is None:
             return poses, None
         found = {name: settled.poses.get(name, pose) for name, pose in poses.items()}
-        if self.guarded and closeness(found, placed) < (1 - SLACK) * closeness(poses, placed):
+        if self.guarded and fit_score(found, placed) < (1 - SLACK) * fit_score(poses, placed):
             return poses, None
         return found, settled

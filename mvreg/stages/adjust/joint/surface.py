@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mvreg.evidence.view_pair import witness
+from mvreg.evidence.view_pair import surface_samples
 from mvreg.geometry.nearest import build_tree
 from mvreg.kernels import fit, joint
 from mvreg.parallel import in_threads
@@ -64,7 +64,7 @@ class Surface:
         Raw points per area (1 / length^2); zero where all points are one.
     whole : (S,) array of bool
         Whether the raw points lie all around; a patch that is not whole serves for nothing.
-    trust : (S,) array
+    incidence_weight : (S,) array
         In [0, 1]: the squared cosine of the incidence of the sensor's rays, 1 where nothing is
         known of the sensor. Ranges are the worse the more a ray grazes the surface; Turk and Levoy
         1994 weight points by this cosine. Its square takes what is left against the ``.conf`` poses
@@ -85,7 +85,7 @@ class Surface:
     reach: Array
     density: Array
     whole: NDArray[np.bool_]
-    trust: Array
+    incidence_weight: Array
     share: Array
     tree: Tree
     oriented: bool
@@ -148,10 +148,12 @@ def _surface(view: View, dense: bool) -> Surface:
     share = len(raw) / len(samples)
     count = min(int(np.clip(COVER * share, FEWEST, MOST)), len(raw))
     fitted = _fitted(tree, count, samples, facing, view.features.oriented)
-    image = witness(view).image
+    image = surface_samples(view).image
     if image is None:
         return fitted
-    return replace(fitted, trust=(fitted.normals * image.towards(samples)).sum(axis=1) ** 2)
+    return replace(
+        fitted, incidence_weight=(fitted.normals * image.towards(samples)).sum(axis=1) ** 2
+    )
 
 
 def _fitted(tree: Tree, count: int, samples: Array, facing: Array, oriented: bool) -> Surface:
@@ -173,7 +175,7 @@ def _fitted(tree: Tree, count: int, samples: Array, facing: Array, oriented: boo
         reach=reach,
         density=density,
         whole=(reach > 0) & (lopsided < LOPSIDED) & (count >= FEWEST),
-        trust=np.ones(len(samples)),
+        incidence_weight=np.ones(len(samples)),
         share=shares(own, density, tree.n),
         tree=own,
         oriented=oriented,

@@ -19,7 +19,7 @@ from mvreg.types.view_graph import reachable
 
 #: The poses stand still when no point moves farther than this after a draw (resolutions).
 STILL = 1e-2
-#: A scan that is left with less than this share of its overlap has run away.
+#: A scan that is left with less than this share of its overlap has diverged.
 LOST = 0.5
 
 
@@ -91,7 +91,7 @@ class JointMixture:
             return result
         poses = dict(result.poses)
         poses.update(self.registered(result, joined))
-        poses = sobered(result, poses, joined)
+        poses = without_diverged(result, poses, joined)
         return replace(result, poses=poses, model=None)
 
     def joined(self, result: Result, placed: Sequence[View]) -> list[View]:
@@ -122,11 +122,13 @@ class JointMixture:
         return poses
 
 
-def sobered(result: Result, poses: dict[str, Array], views: Sequence[View]) -> dict[str, Array]:
-    """The new `poses`, and the old ones of the views that ran away from all the others.
+def without_diverged(
+    result: Result, poses: dict[str, Array], views: Sequence[View]
+) -> dict[str, Array]:
+    """The new `poses`, and the old ones of the views that diverged from all the others.
 
     One after the other, the worst first: the next may have lost no more than that one. If it is the
-    reference that ran away, all the old ones.
+    reference that diverged, all the old ones.
     """
     kept, before = dict(poses), contacts(result.poses, views)
     for _ in views:

@@ -1,4 +1,4 @@
-"""All poses from many relative motions at once, wrong ones among them."""
+"""All poses from many relative motions at once, outliers among them."""
 
 from __future__ import annotations
 

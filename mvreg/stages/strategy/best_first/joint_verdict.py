@@ -8,15 +8,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mvreg.contracts import JointJudge, Judge, Pipeline
-from mvreg.evidence.pooled import Meeting
+from mvreg.evidence.pooled import ViewPair
 from mvreg.parallel import in_threads
-from mvreg.stages.strategy.best_first.partial_models import meeting_points
-from mvreg.stages.strategy.best_first.symmetry import turned
+from mvreg.stages.strategy.best_first.partial_models import contact_points
+from mvreg.stages.strategy.best_first.symmetry import symmetry_hypotheses
 from mvreg.types import Registration, Verdict, View, ViewGraph
 
-#: A view that is so probably in its place by a rough look is not looked at again: of 93 scans of
-#: Bunny, Dragon and Buddha, and of halves of them, the two looks differ by 0.04 at most.
-SURE = 0.9
+#: A view that is so probably in its place on a subsample is not evaluated again: of 93 scans of
+#: Bunny, Dragon and Buddha, and of halves of them, the two evaluations differ by 0.04 at most.
+CERTAIN = 0.9
 #: A pair that shares less than this of the points of either view, or fewer of them, says nothing to
 #: a judge of single registrations.
 LEAST_OVERLAP, LEAST_POINTS = 0.1, 50
@@ -32,7 +32,7 @@ class Together:
     reason: str
 
 
-def together(judge: Judge, pairs: Sequence[Meeting]) -> Together:
+def together(judge: Judge, pairs: Sequence[ViewPair]) -> Together:
     """What a judge says of several view pairs.
 
     A `JointJudge` pools what they show. Any other judge is asked about each by itself, as about a
@@ -52,33 +52,35 @@ def together(judge: Judge, pairs: Sequence[Meeting]) -> Together:
     return Together(float(weights[reliable].sum() / weights.sum()), worst.reason)
 
 
-def overlapping(pair: Meeting) -> tuple[Meeting, Registration] | None:
+def overlapping(pair: ViewPair) -> tuple[ViewPair, Registration] | None:
     """A view pair with a registration of what lies together; None where they hardly overlap."""
-    found = meeting_points(pair.source, pair.target, pair.T_target_source)
+    found = contact_points(pair.source, pair.target, pair.T_target_source)
     smaller = min(len(pair.source.points), len(pair.target.points))
     if len(found.pairs) < max(LEAST_POINTS, LEAST_OVERLAP * smaller):
         return None
     return pair, found
 
 
-def doubt(judge: Judge, pairs: Sequence[Meeting]) -> float:
+def error_probability(judge: Judge, pairs: Sequence[ViewPair]) -> float:
     """The probability that a view is in the wrong place, by all its pairs; or roughly so."""
     if isinstance(judge, JointJudge):
-        rough = together(judge, [pair.rough for pair in pairs]).probability
-        if rough > SURE:
-            return 1 - rough
+        subsampled = together(judge, [pair.subsampled for pair in pairs]).probability
+        if subsampled > CERTAIN:
+            return 1 - subsampled
     return 1 - together(judge, pairs).probability
 
 
-def beside_its_turns(pipeline: Pipeline, source: View, target: View, graph: ViewGraph) -> Check:
+def checked_for_symmetry(pipeline: Pipeline, source: View, target: View, graph: ViewGraph) -> Check:
     """A check of a reliable pose beside the poses that a symmetry would allow."""
 
     def check(registration: Registration, verdict: Verdict) -> Verdict:
         if not verdict.reliable:
             return verdict
-        rivals = turned(registration, source, target, pipeline.refine)
-        if not len(rivals):
+        alternatives = symmetry_hypotheses(registration, source, target, pipeline.refine)
+        if not len(alternatives):
             return verdict
-        return pipeline.judge(replace(registration, rivals=rivals), source, target, graph)
+        return pipeline.judge(
+            replace(registration, alternatives=alternatives), source, target, graph
+        )
 
     return check

@@ -80,7 +80,7 @@ class LoopClosure:
         staying = models.members(int(models.group[targets[0]]))
         if len(moving) < 2 or len(staying) < 2:
             return None
-        worth: Array = self.search.promises[np.ix_(moving, staying)].copy()
+        worth: Array = self.search.scores[np.ix_(moving, staying)].copy()
         worth[moving == source] = 0.0
         worth[:, np.isin(staying, targets[:1])] = 0.0
         if not worth.max() > 0:

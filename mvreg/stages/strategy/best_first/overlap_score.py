@@ -1,4 +1,4 @@
-"""Which scans are likely to overlap, told from descriptors alone: what to try first."""
+"""Overlap scores of all pairs of scans, from descriptors alone: which pair to try first."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LEAST_NEIGHBOURS = 4
 PART = 500
 
 
-def promise(views: Sequence[View], radii: Sequence[float], neighbours: int) -> Array:
+def overlap_scores(views: Sequence[View], radii: Sequence[float], neighbours: int) -> Array:
     """How many keypoints of two views look alike, for all pairs of views at once.
 
     The descriptors of all views go into one k-d tree. Each keypoint gives a vote to the views of
@@ -104,10 +104,10 @@ def _votes(descriptors: Sequence[Array], neighbours: int) -> Array:
     # Their principal components keep all distances, and end the search sooner.
     tree = DescriptorTree(rows @ np.linalg.eigh(rows.T @ rows)[1][:, ::-1], owners)
     asking = np.arange(len(owners))
-    voted = in_threads(
+    found_votes = in_threads(
         lambda part: tree.foreign(asking[part], neighbours, SLACK), slices(len(owners), PART)
     )
-    found = np.concatenate(voted)
+    found = np.concatenate(found_votes)
     row, column = np.nonzero(found >= 0)
     np.add.at(votes, (owners[row], found[row, column]), 1.0)
     shares: Array = votes / (neighbours * np.maximum(sizes, 1)[:, None])

@@ -1,4 +1,4 @@
-"""Partial models: which views are joined already, and where they are to each other."""
+"""Partial models: which views are joined, and their relative poses."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from mvreg.contracts import Pipeline
-from mvreg.evidence.pooled import Evidence, Meeting, weigh
+from mvreg.evidence.pooled import Evidence, ViewPair, pool_evidence
 from mvreg.geometry import se3
 from mvreg.geometry.boxes import near_boxes
 from mvreg.geometry.nearest import nearest
@@ -72,7 +72,7 @@ class PartialModels:
         """The first of the `chosen` views of one group, merged with the others, in its frame.
 
         A view that is alone stays what it is. The parts of a model are all views of the group, so
-        that what speaks against a pose may come from any; its points are those of the chosen.
+        that evidence against a pose may come from any; its points are those of the chosen.
         """
         first = self.views[chosen[0]]
         group = self.members(int(self.group[chosen[0]])).tolist()
@@ -81,12 +81,12 @@ class PartialModels:
         model = Model.of(first)
         for k in chosen[1:]:
             pose = self.relative(chosen[0], k)
-            same = meeting_points(self.views[k], model, pose)
+            same = contact_points(self.views[k], model, pose)
             model = pipeline.augment(model, self.views[k], same)
         rest = [Part(self.views[k], self.relative(chosen[0], k)) for k in group if k not in chosen]
         return replace(model, parts=(*model.parts, *rest))
 
-    def meetings(self, sources: Sequence[int], targets: Sequence[int]) -> list[Meeting]:
+    def view_pairs(self, sources: Sequence[int], targets: Sequence[int]) -> list[ViewPair]:
         """The pairs of views of one group that come near each other, each pair once."""
         chosen = [k for k in dict.fromkeys([*sources, *targets]) if len(self.views[k].points)]
         if not chosen:
@@ -100,32 +100,33 @@ class PartialModels:
             for i, j in ((chosen[a], chosen[b]), (chosen[b], chosen[a])):
                 if i in moving and j in staying and (i not in staying or i < j):
                     pose = self.relative(j, i)
-                    found.append(Meeting(self.views[i], self.views[j], pose, self.poses[i]))
+                    found.append(ViewPair(self.views[i], self.views[j], pose, self.poses[i]))
         return found
 
-    def met_by(self, members: Sequence[int]) -> dict[int, list[Meeting]]:
+    def incident_pairs(self, members: Sequence[int]) -> dict[int, list[ViewPair]]:
         """What each view of a group meets in it."""
         place = {id(self.views[k]): k for k in members}
-        found: dict[int, list[Meeting]] = {k: [] for k in members}
-        for meeting in self.meetings(members, members) if len(members) > 1 else ():
-            found[place[id(meeting.source)]].append(meeting)
-            found[place[id(meeting.target)]].append(meeting)
+        found: dict[int, list[ViewPair]] = {k: [] for k in members}
+        for view_pair in self.view_pairs(members, members) if len(members) > 1 else ():
+            found[place[id(view_pair.source)]].append(view_pair)
+            found[place[id(view_pair.target)]].append(view_pair)
         return found
 
 
-def meeting_points(source: View, target: View, T_target_source: Array) -> Registration:
+def contact_points(source: View, target: View, T_target_source: Array) -> Registration:
     """A registration as it would be recorded for a given pose: what lies together is paired."""
     moved = se3.apply(T_target_source, source.points)
     distances, indices = nearest(target.tree, moved, SAME * source.scale.resolution)
-    met = np.flatnonzero(np.isfinite(distances))
-    kept = distances[met]
-    mse = float((kept**2).mean()) if len(met) else 0.0
+    in_contact = np.flatnonzero(np.isfinite(distances))
+    kept = distances[in_contact]
+    mse = float((kept**2).mean()) if len(in_contact) else 0.0
     return Registration(
-        source.name, target.name, T_target_source, len(met) / max(len(moved), 1), mse, mse,
-        np.stack([met, indices[met]], axis=1), kept, float(kept.max(initial=0.0)), 0, True,
+        source.name, target.name, T_target_source, len(in_contact) / max(len(moved), 1), mse, mse,
+        np.stack([in_contact, indices[in_contact]], axis=1), kept, float(kept.max(initial=0.0)), 0,
+        True,
     )  # fmt: skip
 
 
-def weigh_each(meetings: Sequence[Meeting]) -> list[Evidence]:
-    """Weigh every meeting by itself."""
-    return in_threads(lambda meeting: weigh([meeting]), meetings)
+def pool_each(view_pairs: Sequence[ViewPair]) -> list[Evidence]:
+    """Weigh every view pair by itself."""
+    return in_threads(lambda view_pair: pool_evidence([view_pair]), view_pairs)

@@ -1,4 +1,4 @@
-"""The order of attempts: what has been tried, and what promises most now."""
+"""The order of attempts: what has been tried, and which pair is the most promising."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from mvreg.geometry.arrays import Flags
 from mvreg.stages.strategy.best_first.partial_models import PartialModels
 from mvreg.types import Array, Indices
 
-#: What is left of the promise of a source, and of its pairs with the targets, after a failure.
+#: What is left of the overlap scores of a source, and of its pairs with the targets, after a
+#: failure.
 SOURCE_LEFT, PAIR_LEFT = 0.9, 0.5
 #: After so many failures in a row for every scan, and so many at least, nothing more is tried. Sets
 #: that can be joined take 1.1 attempts a scan in all (``+experiment=orders``).
@@ -22,25 +23,25 @@ class Search:
 
     Parameters
     ----------
-    promises : (N, N) array
+    scores : (N, N) array
         See `mvreg.stages.strategy.best_first.overlap_score`.
     models : PartialModels
         Of the same views; changed from outside.
-    parts, patience : int
+    parts, max_failures : int
         See `BestFirst`.
     """
 
-    def __init__(self, promises: Array, models: PartialModels, parts: int, patience: int) -> None:
-        self.promises = promises.copy()
+    def __init__(self, scores: Array, models: PartialModels, parts: int, max_failures: int) -> None:
+        self.scores = scores.copy()
         self.models = models
-        self.parts, self.patience = parts, patience
-        self.factor = np.ones(len(promises))
-        self.failures = np.zeros(len(promises), dtype=int)  # of the partial models it was in
-        self.misses = np.zeros(len(promises), dtype=int)  # its own
+        self.parts, self.max_failures = parts, max_failures
+        self.factor = np.ones(len(scores))
+        self.failures = np.zeros(len(scores), dtype=int)  # of the partial models it was in
+        self.misses = np.zeros(len(scores), dtype=int)  # its own
         self.tried: set[tuple[int, frozenset[int]]] = set()
         self.in_a_row = 0
-        self.gains = np.zeros((len(promises), len(promises) + 1))
-        self.seen: Indices = np.full(len(promises), -1)  # the groups that `gains` are of
+        self.gains = np.zeros((len(scores), len(scores) + 1))
+        self.grouping: Indices = np.full(len(scores), -1)  # the groups that `gains` are of
         self.stale: set[int] = set()
 
     def next(self) -> tuple[int, list[int]] | None:
@@ -48,34 +49,38 @@ class Search:
 
         It moves to the larger group, or to one of the same size.
         """
-        if self.in_a_row >= max(LEAST_IN_A_ROW, IN_A_ROW * len(self.promises)):
+        if self.in_a_row >= max(LEAST_IN_A_ROW, IN_A_ROW * len(self.scores)):
             return None
         group = self.models.group
         groups = [members for members in self.models.groups() if len(members)]
         labels = np.array([group[members[0]] for members in groups], dtype=np.intp)
         self.refresh()
         # In the order of the groups, then of the sources: of equals the first is taken.
-        worth = np.where(self.may_move(labels), self.gains[:, labels].T * self.factor, -np.inf)
-        while worth.size and (best := int(worth.argmax())) >= 0 and worth.flat[best] > -np.inf:
+        priority = np.where(self.may_move(labels), self.gains[:, labels].T * self.factor, -np.inf)
+        while (
+            priority.size
+            and (best := int(priority.argmax())) >= 0
+            and priority.flat[best] > -np.inf
+        ):
             row, source = divmod(best, len(group))
             for targets in self.targets(source, groups[row]):
                 if (source, frozenset(targets)) not in self.tried:
                     return source, targets
-            worth.flat[best] = -np.inf
+            priority.flat[best] = -np.inf
         return None
 
     def refresh(self) -> None:
-        """What every view promises to each group: again only for groups that have changed.
+        """The overlap score of every view with each group: again only for groups that have changed.
 
-        That is what it promises to the one view of the group that it looks most like. A sum over
+        That is its score with the one view of the group that it looks most like. A sum over
         several would be larger for large groups, whatever they show: of 300 scans of a long column
         most were tried in vain against one of 92, before the scans beside them.
         """
         group = self.models.group
-        moved = group != self.seen
-        for label in {*group[moved].tolist(), *self.seen[moved].tolist(), *self.stale} - {-1}:
-            self.gains[:, label] = self.promises[:, group == label].max(axis=1, initial=0.0)
-        self.seen = group.copy()
+        moved = group != self.grouping
+        for label in {*group[moved].tolist(), *self.grouping[moved].tolist(), *self.stale} - {-1}:
+            self.gains[:, label] = self.scores[:, group == label].max(axis=1, initial=0.0)
+        self.grouping = group.copy()
         self.stale.clear()
 
     def may_move(self, labels: Indices) -> Flags:
@@ -83,7 +88,7 @@ class Search:
         group = self.models.group
         sizes = np.bincount(group, minlength=len(group) + 1)
         smaller = sizes[group] <= sizes[labels][:, None]
-        patient = self.failures < self.patience + sizes[group] - 1
+        patient = self.failures < self.max_failures + sizes[group] - 1
         allowed: Flags = patient & (group != labels[:, None]) & smaller
         return allowed
 
@@ -94,9 +99,7 @@ class Search:
         target is met by more of the source, a single one has fewer keypoints that mislead. By
         turns, and with more of them merged each time.
         """
-        order = [
-            int(k) for k in members[np.argsort(-self.promises[source, members], kind="stable")]
-        ]
+        order = [int(k) for k in members[np.argsort(-self.scores[source, members], kind="stable")]]
         rounds, alone = divmod(int(self.misses[source]), 2)
         yield order[:1] if alone else order[: self.parts * (1 + rounds)]
         yield from ([k] for k in order)
@@ -107,12 +110,12 @@ class Search:
         self.in_a_row = 0
 
     def failed(self, source: int, targets: Sequence[int]) -> None:
-        """The source could not be moved there: it, and these pairs, promise less now."""
+        """The attempt failed: lower the overlap scores of the source and of these pairs."""
         self.tried.add((source, frozenset(targets)))
         self.in_a_row += 1
         self.factor[source] *= SOURCE_LEFT
-        self.promises[source, targets] *= PAIR_LEFT
-        self.promises[targets, source] *= PAIR_LEFT
+        self.scores[source, targets] *= PAIR_LEFT
+        self.scores[targets, source] *= PAIR_LEFT
         self.stale.update(self.models.group[[source, *targets]].tolist())
         moving = self.models.members(int(self.models.group[source]))
         self.failures[moving] += 1

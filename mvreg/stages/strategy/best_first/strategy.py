@@ -1,4 +1,4 @@
-"""Most promising first: partial models grow from every scan, and are joined where all agrees."""
+"""Best first: partial models grow from every scan, and are joined where all evidence agrees."""
 
 from __future__ import annotations
 
@@ -10,17 +10,21 @@ import numpy as np
 
 from mvreg.contracts import Judge, Pipeline
 from mvreg.errors import check_ascending, check_positive
-from mvreg.evidence.view_pair import witness
+from mvreg.evidence.view_pair import surface_samples
 from mvreg.geometry import se3
 from mvreg.parallel import in_threads
-from mvreg.stages.strategy.best_first.joint_verdict import beside_its_turns, doubt, together
+from mvreg.stages.strategy.best_first.joint_verdict import (
+    checked_for_symmetry,
+    error_probability,
+    together,
+)
 from mvreg.stages.strategy.best_first.loop_closure import LoopClosure
-from mvreg.stages.strategy.best_first.overlap_score import promise
+from mvreg.stages.strategy.best_first.overlap_score import overlap_scores
 from mvreg.stages.strategy.best_first.partial_models import PartialModels
 from mvreg.stages.strategy.best_first.search import Search
 from mvreg.types import Array, Edge, Pair, Registration, Result, Verdict, View, ViewGraph
 
-#: Scans that were taken back get so many further rounds of attempts.
+#: Scans that were withdrawn get so many further rounds of attempts.
 ROUNDS = 2
 
 
@@ -28,25 +32,26 @@ ROUNDS = 2
 class BestFirst:
     """Try the most promising pair next, let partial models grow from every scan, and join them.
 
-    Every scan begins as a partial model of its own. The scan that promises most is registered to
+    Every scan begins as a partial model of its own. The most promising scan is registered to
     the views of another partial model that look most like it, merged; if the judge relies on it,
-    and nothing that the two partial models show of each other speaks against it, they become one
-    (Kruskal's algorithm, as Huber and Hebert 2003 use it, on promises instead of registrations).
-    There is no first scan that everything hangs on. At the end every scan is weighed against all
-    that it meets: what is contradicted is taken back, and tried again.
+    and no other pair of scans of the two partial models contradicts it, they become one
+    (Kruskal's algorithm, as Huber and Hebert 2003 use it, on overlap scores instead of
+    registrations). The result does not depend on a first scan. At the end every scan is checked
+    against all scans that it overlaps: what is contradicted is withdrawn, and tried again.
 
-    The largest partial model becomes the result's `poses`, in the frame of the scan that promises
-    most within it; the others of two scans or more become its `components`.
+    The largest partial model becomes the result's `poses`, in the frame of the
+    most promising scan within it; the others of two scans or more become its `components`.
 
     Parameters
     ----------
     radii : list of float
-        Of the descriptors that promises are told from, in units of the keypoints' spacing.
+        Of the descriptors that overlap scores are computed from, in units of the keypoints'
+        spacing.
     neighbours : int
         Votes of a keypoint, see `mvreg.stages.strategy.best_first.overlap_score`.
     parts : int
         Views that are merged to one target; after every second failure of a source so many more.
-    patience : int
+    max_failures : int
         A partial model that failed so often, and once more for every further scan that it has, is
         not moved any more; others may still be moved to it.
     min_probability : float
@@ -57,34 +62,36 @@ class BestFirst:
     radii: list[float] = field(default_factory=lambda: [1.0, 2.0, 3.0])
     neighbours: int = 5
     parts: int = 3
-    patience: int = 10
+    max_failures: int = 10
     min_probability: float = 0.5
 
     def __post_init__(self) -> None:
         check_ascending("strategy", radii=self.radii)
         check_positive(
-            "strategy", neighbours=self.neighbours, parts=self.parts, patience=self.patience
+            "strategy", neighbours=self.neighbours, parts=self.parts, max_failures=self.max_failures
         )
 
     def __call__(
         self, views: Sequence[View], pipeline: Pipeline, rng: np.random.Generator
     ) -> Result:
-        in_threads(witness, views)  # made ready side by side, not when first weighed
-        promises = promise(views, self.radii, self.neighbours)
+        in_threads(surface_samples, views)  # prepared in parallel, not when first needed
+        scores = overlap_scores(views, self.radii, self.neighbours)
         models = PartialModels(views)
-        search = Search(promises, models, self.parts, self.patience)
+        search = Search(scores, models, self.parts, self.max_failures)
         pairs: list[Pair] = []
         graph = ViewGraph()
         loops = LoopClosure(search, pipeline, pairs, rng)
-        pipeline.begin(views[int(promises.sum(axis=1).argmax())])
+        pipeline.begin(views[int(scores.sum(axis=1).argmax())])
         for _ in range(ROUNDS):
-            graph = self.grow(search, pipeline, pairs, promises, graph, loops, rng)
-            taken = self.take_back(models, pipeline.judge)
-            graph = graph.without({views[k].name for k in taken})
-            if not taken:
+            graph = self.grow(search, pipeline, pairs, scores, graph, loops, rng)
+            withdrawn = self.withdraw(models, pipeline.judge)
+            graph = graph.without({views[k].name for k in withdrawn})
+            if not withdrawn:
                 break
-            search.failures[taken] = np.minimum(search.failures[taken], self.patience - 1)
-        result = outcome(models, promises, pairs)
+            search.failures[withdrawn] = np.minimum(
+                search.failures[withdrawn], self.max_failures - 1
+            )
+        result = outcome(models, scores, pairs)
         pipeline.revise(result)
         return result
 
@@ -93,7 +100,7 @@ class BestFirst:
         search: Search,
         pipeline: Pipeline,
         pairs: list[Pair],
-        promises: Array,
+        scores: Array,
         graph: ViewGraph,
         loops: LoopClosure,
         rng: np.random.Generator,
@@ -105,8 +112,8 @@ class BestFirst:
             target = models.target(targets, pipeline)
             view = models.views[source]
             checks = (
-                beside_its_turns(pipeline, view, target, graph),
-                partial(self.agreed, models, pipeline.judge, source, targets[0]),
+                checked_for_symmetry(pipeline, view, target, graph),
+                partial(self.consistent_join, models, pipeline.judge, source, targets[0]),
                 loops.check(source, targets, graph),
             )
             registration, pair = pipeline.register(view, target, graph, rng.spawn(1)[0], checks)
@@ -117,10 +124,10 @@ class BestFirst:
             models.join(source, targets[0], registration.T_target_source)
             graph = graph.with_edge(Edge.of(registration, view, target))
             search.joined()
-            pipeline.revise(outcome(models, promises, pairs))
+            pipeline.revise(outcome(models, scores, pairs))
         return graph
 
-    def agreed(
+    def consistent_join(
         self,
         models: PartialModels,
         judge: Judge,
@@ -136,38 +143,40 @@ class BestFirst:
         staying = models.members(int(models.group[target]))
         trial = models.copy()
         trial.join(source, target, registration.T_target_source)
-        found = together(judge, trial.meetings(moving.tolist(), staying.tolist()))
+        found = together(judge, trial.view_pairs(moving.tolist(), staying.tolist()))
         if found.probability >= self.min_probability:
             return verdict
-        reason = f"the other scans of the partial models object: {found.reason}"
+        reason = f"the other scans of the partial models contradict it: {found.reason}"
         return replace(verdict, reliable=False, reason=reason)
 
-    def take_back(self, models: PartialModels, judge: Judge) -> list[int]:
-        """Take every view out of its group that all it meets there speaks against; which ones."""
-        taken: list[int] = []
+    def withdraw(self, models: PartialModels, judge: Judge) -> list[int]:
+        """Withdraw every view that the evidence of its group contradicts; return which."""
+        withdrawn: list[int] = []
         for members in models.groups():
             left = waiting = members.tolist()
-            met, doubts = models.met_by(left), dict[int, float]()
+            incident, error_probabilities = models.incident_pairs(left), dict[int, float]()
             while len(left) > 1:
-                weighed = in_threads(partial(doubt, judge), [met[k] for k in waiting])
-                doubts.update(zip(waiting, weighed, strict=True))
-                worst = max(left, key=lambda k: doubts[k])
-                if doubts[worst] <= 1 - self.min_probability:
+                weighed = in_threads(
+                    partial(error_probability, judge), [incident[k] for k in waiting]
+                )
+                error_probabilities.update(zip(waiting, weighed, strict=True))
+                worst = max(left, key=lambda k: error_probabilities[k])
+                if error_probabilities[worst] <= 1 - self.min_probability:
                     break
                 left = [k for k in left if k != worst]
-                waiting = [k for k in left if any(m in met[worst] for m in met[k])]
-                met = {k: [m for m in met[k] if m not in met[worst]] for k in left}
+                waiting = [k for k in left if any(m in incident[worst] for m in incident[k])]
+                incident = {k: [m for m in incident[k] if m not in incident[worst]] for k in left}
                 models.leave(worst)
-                taken.append(worst)
-        return taken
+                withdrawn.append(worst)
+        return withdrawn
 
 
-def outcome(models: PartialModels, promises: Array, pairs: Sequence[Pair]) -> Result:
+def outcome(models: PartialModels, scores: Array, pairs: Sequence[Pair]) -> Result:
     """The result that partial models amount to: each in the frame of its most promising view."""
     largest, *others = models.groups()
     components = []
     for members in (largest, *(one for one in others if len(one) > 1)):
-        inside = promises[np.ix_(members, members)].sum(axis=1)
+        inside = scores[np.ix_(members, members)].sum(axis=1)
         first = int(members[int(inside.argmax())])
         order = [first, *(int(k) for k in members if k != first)]
         frame = se3.invert(models.poses[first])

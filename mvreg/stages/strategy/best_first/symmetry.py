@@ -1,4 +1,4 @@
-"""Would the source fit as well if it were turned? Rivals of a pose, from an object's symmetry.
+"""Symmetry hypotheses: poses in which the source, rotated about an axis, fits about as well.
 
 A box fits itself turned by half a turn, a prism by less. A search that finds one of these poses may
 not have come across the others; so they are made, and refined, before the pose is relied on.
@@ -13,19 +13,21 @@ import numpy as np
 from mvreg.contracts import Refine
 from mvreg.geometry import se3
 from mvreg.parallel import in_threads
-from mvreg.screening import FEWER, HOPELESS, SCREENING, thinned
+from mvreg.screening import COARSE_STEP, FINE_STEP, MAX_OBJECTIVE_RATIO, thinned
 from mvreg.types import Array, Registration, View
 
 #: Turns (degrees) about each axis: what is symmetric about an axis, two, three, four, five, six,
 #: eight, nine or ten times over, is so under one of these.
 TURNS = (72.0, 120.0, 180.0)
-#: Turned poses whose objective is larger than so many times that of the pose itself are no rivals,
+#: Rotated poses with an objective this many times that of the pose itself are no alternatives,
 #: where exact scans count as if they fitted to a third of a resolution. The right pose of a box,
 #: with less overlap than a wrong one, had four times as much.
 AS_GOOD, FINEST = 10.0, 0.3
 
 
-def turned(registration: Registration, source: View, target: View, refine: Refine) -> Array:
+def symmetry_hypotheses(
+    registration: Registration, source: View, target: View, refine: Refine
+) -> Array:
     """Poses in which the source, turned about the axes of what is seen, fits about as well.
 
     The axes are those of the normals' scatter: of a box they are its edges. They meet in the middle
@@ -48,9 +50,12 @@ def turned(registration: Registration, source: View, target: View, refine: Refin
     pose = registration.T_target_source
     starts = [turn @ pose for turn in _turns(source, target, pose)]
     _ = target.tree  # built once, before the threads ask for it
-    for step, slack in ((FEWER, HOPELESS), (SCREENING, 1.0)):  # most turns fit nowhere near as well
-        few = thinned(source, step)
-        own, *others = in_threads(partial(refine, few, target), [pose, *starts])
+    for step, slack in (
+        (COARSE_STEP, MAX_OBJECTIVE_RATIO),
+        (FINE_STEP, 1.0),
+    ):  # most turns fit nowhere near as well
+        subsampled = thinned(source, step)
+        own, *others = in_threads(partial(refine, subsampled, target), [pose, *starts])
         most = slack * AS_GOOD * max(own.objective, (FINEST * source.scale.resolution) ** 2)
         starts = [start for start, one in zip(starts, others, strict=True) if one.objective <= most]
         if not starts:
