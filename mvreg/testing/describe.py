@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -76,6 +77,7 @@ class DescribeContract(StageContract):
             assert array.dtype == np.float64
         assert_unit(answer.normals)
         assert_finite(descriptors=answer.descriptors)
+        assert answer.spread == size.spread, "a spread that is declared is the same for all scans"
         rows = self.rows(answer.keypoints, arguments[1])
         assert (np.diff(rows) > 0).all() or len(np.unique(arguments[1], axis=0)) < len(arguments[1])
 
@@ -93,6 +95,8 @@ class DescribeContract(StageContract):
         assert len(new.keypoints) == len(old.keypoints)
         assert new.oriented == old.oriented
         np.testing.assert_allclose(new.descriptors, old.descriptors, atol=self.tolerance)
+        spreads = new.descriptor_spread, old.descriptor_spread
+        np.testing.assert_allclose(*spreads, atol=self.tolerance)
         cosine = (new.normals * (old.normals @ turn.T)).sum(axis=-1)
         if not old.oriented:
             cosine = np.abs(cosine)
@@ -128,8 +132,13 @@ class DescribeContract(StageContract):
             order = np.random.default_rng(1).permutation(len(keypoints))
             new = self.call(scan, keypoints[order], spacing)
             back = np.argsort(self.rows(new.keypoints, keypoints))
-            self.same(old, Features(new.keypoints[back], new.normals[back],
-                                    new.descriptors[back], new.oriented), np.eye(3))  # fmt: skip
+            again = replace(
+                new,
+                keypoints=new.keypoints[back],
+                normals=new.normals[back],
+                descriptors=new.descriptors[back],
+            )
+            self.same(old, again, np.eye(3))
 
     def test_points_of_different_shape_look_different(self) -> None:
         if not self.describes:

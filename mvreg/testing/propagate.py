@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -24,6 +25,7 @@ from mvreg.testing.views import (
     moved_view,
     overlap,
     pipeline,
+    rescaled_descriptors,
     scaled_pose,
     scaled_view,
     shuffled_view,
@@ -122,6 +124,21 @@ class PropagateContract(StageContract):
             for pose, expected in zip(new.poses, old.poses, strict=True):
                 limit = 1e-6 * pair.source.scale.spacing
                 assert apart(scaled_pose(pose, 1 / unit), expected, pair.source.points) < limit
+
+    def test_the_unit_of_the_descriptors_does_not_matter(self) -> None:
+        """Tolerances are relative to the spread, be it declared or estimated."""
+        pair = overlap()
+        seeds = self.seeds(pair.source, pair.target)
+        for declared in (pair.source.features.spread, None):
+            views = [
+                replace(view, features=replace(view.features, spread=declared))
+                for view in (pair.source, pair.target)
+            ]
+            old = self.call(*views, seeds)
+            assert self.close(old, pair.T_target_source, pair.source)
+            for unit in UNITS:
+                new = self.call(*(rescaled_descriptors(view, unit) for view in views), seeds)
+                np.testing.assert_array_equal(new.poses, old.poses)
 
     def test_the_order_of_the_keypoints_hardly_matters(self) -> None:
         """What is drawn at random differs; what is found must not."""

@@ -87,6 +87,7 @@ def plain_view(name: str, points: Array, scale: Scale, keypoints: int = 50) -> V
         np.tile(up, (len(chosen), sample.normals.shape[1], 1)),
         np.zeros((len(chosen), sample.descriptors.shape[1])),
         oriented=True,
+        spread=sample.spread,
     )
     normals = np.tile(up, (len(points), 1))
     return View(name, points, normals, features, mean_spacing(points), scale)
@@ -145,6 +146,13 @@ def scaled_view(view: AnyView, factor: float) -> AnyView:
     )
 
 
+def rescaled_descriptors(view: AnyView, factor: float) -> AnyView:
+    """The view with descriptors in another unit, and their spread with them."""
+    old = view.features
+    spread = old.spread and old.spread * factor
+    return replace(view, features=replace(old, descriptors=old.descriptors * factor, spread=spread))
+
+
 def scaled_pose(transform: Array, factor: float) -> Array:
     """The same pose (4, 4) in another unit of length."""
     return se3.from_parts(transform[:3, :3], transform[:3, 3] * factor)
@@ -155,8 +163,11 @@ def shuffled_view(view: AnyView, number: int) -> tuple[AnyView, Indices, Indices
     rng = np.random.default_rng(number)
     points, keypoints = (rng.permutation(len(x)) for x in (view.points, view.features.keypoints))
     old = view.features
-    features = Features(
-        old.keypoints[keypoints], old.normals[keypoints], old.descriptors[keypoints], old.oriented
+    features = replace(
+        old,
+        keypoints=old.keypoints[keypoints],
+        normals=old.normals[keypoints],
+        descriptors=old.descriptors[keypoints],
     )
     new = replace(view, points=view.points[points], normals=view.normals[points], features=features)
     return new, points, keypoints

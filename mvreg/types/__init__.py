@@ -17,7 +17,16 @@ from mvreg.types.records import (
     Verdict,
 )
 from mvreg.types.scan import Scan, ScanSet
-from mvreg.types.view import Features, Model, Part, Sample, Scale, View
+from mvreg.types.view import (
+    Features,
+    Model,
+    Part,
+    Sample,
+    Scale,
+    View,
+    common_spread,
+    estimated_spread,
+)
 from mvreg.types.view_graph import Edge, Loop, ViewGraph
 
 __all__ = [
@@ -41,4 +50,6 @@ __all__ = [
     "Verdict",
     "View",
     "ViewGraph",
+    "common_spread",
+    "estimated_spread",
 ]

@@ -17,6 +17,9 @@ from mvreg.types.scan import Scan
 if TYPE_CHECKING:
     from mvreg.kernels.tree import Tree
 
+#: The share of the descriptors that lie within their spread of the median.
+WITHIN_SPREAD = 0.75
+
 
 @dataclass(frozen=True)
 class Scale:
@@ -45,6 +48,11 @@ class Features:
     `keypoints` (K, 3); `normals` (K, L, 3), unit, one per scale; `descriptors` (K, D), invariant
     under rigid motion; `oriented` is False where the normals' signs mean nothing.
 
+    `spread` says how far apart descriptors of this kind lie, in their own unit: tolerances on
+    distances of descriptors are relative to it. A stage may declare it, as a constant measured on
+    many scans, common to all it describes; None leaves it to be estimated from the descriptors,
+    see `descriptor_spread`.
+
     The scales ascend, and the first, ``normals[:, 0]``, is the normal of a keypoint wherever one is
     needed: to turn registration points' normals to the same side, to merge a view into the model.
     Propagation compares the normals of all scales; the overlap score of `best_first` takes a side
@@ -56,6 +64,46 @@ class Features:
     normals: Array
     descriptors: Array
     oriented: bool
+    spread: float | None = None
+
+    @lazy
+    def descriptor_spread(self) -> float:
+        """`spread` as declared, or else `estimated_spread` of the descriptors (their unit)."""
+        return estimated_spread(self.descriptors) if self.spread is None else self.spread
+
+
+def estimated_spread(descriptors: Array) -> float:
+    """Radius of the ball about the component-wise median that holds three quarters of the rows.
+
+    A robust measure, in the unit of the descriptors: it grows with them, does not depend on their
+    order, and a quarter of the rows may be anything.
+
+    Parameters
+    ----------
+    descriptors : (K, D) array
+
+    Returns
+    -------
+    float
+        0 where there are none, or where three quarters are all alike.
+    """
+    if not descriptors.size:
+        return 0.0
+    away = np.linalg.norm(descriptors - np.median(descriptors, axis=0), axis=1)
+    return float(np.quantile(away, WITHIN_SPREAD))
+
+
+def common_spread(first: Features, second: Features) -> float:
+    """What tolerances on distances between the descriptors of two views are relative to.
+
+    The root mean square of the two spreads, so that source and target may change places; exactly
+    the declared one where both declare the same. Infinite where both are zero: descriptors that
+    are all alike tell nothing apart, and exclude nothing.
+    """
+    own, other = first.descriptor_spread, second.descriptor_spread
+    if own == other:
+        return own or np.inf
+    return float(np.hypot(own, other) / np.sqrt(2))
 
 
 @dataclass(frozen=True, eq=False)
