@@ -62,13 +62,12 @@ def options(kind: str) -> str:
 
 
 def signature(kind: str, method: str) -> str:
-    """What a contract asks for: ``(source, target) -> Matches``, and its first words."""
+    """What a contract asks for: ``__call__(source, target) -> Matches``, and its first words."""
     function = getattr(CONTRACTS.get(method, KINDS[kind]), method)
     asked = inspect.signature(function)
     names = ", ".join(name for name in asked.parameters if name != "self")
-    called = "" if method == "__call__" else method
-    words = (inspect.getdoc(function) or "").split("\n\n")[0].rstrip(".")
-    return f"{called}({names}) -> {asked.return_annotation} [{' '.join(words.split())}]"
+    words = " ".join((inspect.getdoc(function) or "").split("\n\n")[0].split()).rstrip(".")
+    return f"{method}({names}) -> {asked.return_annotation}: {words[:1].lower()}{words[1:]}"
 
 
 def raised(error: Exception, culprit: Any) -> str:
