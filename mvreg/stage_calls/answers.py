@@ -24,7 +24,7 @@ from mvreg.types import (
     Verdict,
     View,
 )
-from mvreg.types.checks import shown
+from mvreg.types.checks import integers, shown, unit
 
 IDENTITY = np.eye(4)
 
@@ -44,10 +44,8 @@ def _within(what: str, pairs: Indices, source: int, target: int, of: str) -> Non
     if not len(pairs):
         return
     for column, size, side in ((0, source, "source"), (1, target, "target")):
-        largest, least = pairs[:, column].max(), pairs[:, column].min()
-        if largest >= size or least < 0:
-            wrong = largest if largest >= size else least
-            raise Nonsense(f"{what} with position {wrong}, where the {side} has {size} {of}")
+        if (largest := pairs[:, column].max()) >= size:
+            raise Nonsense(f"{what} with position {largest}, where the {side} has {size} {of}")
 
 
 def dataset(answer: Any, *_: Any) -> None:
@@ -91,10 +89,8 @@ def propagate(answer: Any, source: View, target: View, *_: Any) -> None:
     counts = len(source.features.keypoints), len(target.features.keypoints)
     for index, matches in enumerate(answer.matches):
         name, found = f"Candidates.matches[{index}]", np.asarray(matches)
-        if found.size and (found.ndim != 2 or found.shape[1] != 2 or found.dtype.kind not in "iu"):
-            raise Nonsense(f"{name} that are {shown(found)}, not positions (M, 2)")
         if found.size:
-            _within(name, found, *counts, "keypoints")
+            _within(name, integers(name, found, "M", 2), *counts, "keypoints")
 
 
 def refine(answer: Any, source: View, target: View, *_: Any) -> None:
@@ -130,6 +126,7 @@ def together(answer: Any, *_: Any) -> None:
 def augment(answer: Any, model: Model, source: View, *_: Any) -> None:
     """The model, of the same name and with the source as its last part."""
     _is(answer, Model)
+    unit("Model.normals", answer.normals, "N", 3)
     wanted = (*model.members, source.name)
     if (answer.name, answer.members) != (model.name, wanted):
         raise Nonsense(

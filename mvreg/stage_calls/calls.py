@@ -77,13 +77,14 @@ def _call(
     """Call a stage's method; `culprit` is the stage's class, or the stage if it is a function."""
     try:
         answer = function(*given, **named)
-        CHECKS[kind, method](answer, *given, *named.values())
-    except Nonsense as error:
-        raise stage_error(kind, method, culprit, f"got {error}") from None
     except Exception as error:
         if _known(kind, error):
             raise
         raise stage_error(kind, method, culprit, error) from error
+    try:
+        CHECKS[kind, method](answer, *given, *named.values())
+    except (Nonsense, RecordError) as error:
+        raise stage_error(kind, method, culprit, f"got {error}") from None
     return answer
 
 

@@ -7,6 +7,7 @@ are float64, and converted where that loses nothing.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from mvreg.geometry.arrays import Array, Indices
 #: single precision pass, scaled and sheared ones do not.
 RIGID = 1e-6
 FLOAT = np.dtype(np.float64)
+all_of, least_of = np.logical_and.reduce, np.minimum.reduce  # as `all` and `min`, but quicker
 
 
 def keep(record: Any, **values: Any) -> None:
@@ -40,7 +42,7 @@ def floats(name: str, values: Any, *shape: int | str) -> Array:
     if type(values) is not np.ndarray or values.dtype != FLOAT:
         array = converted(name, values, "fiu", FLOAT)
     check_shape(name, array, shape)
-    if array.size and not np.isfinite(array).all():
+    if not all_of(np.isfinite(array), axis=None):
         at = tuple(np.argwhere(~np.isfinite(array))[0].tolist())
         raise RecordError(f"{name}: expected finite numbers, got {array[at]} at {at}")
     return array
@@ -58,7 +60,7 @@ def integers(name: str, values: Any, *shape: int | str) -> Indices:
     if type(values) is not np.ndarray or values.dtype.kind not in "iu":
         array = converted(name, values, "iu", np.dtype(np.intp))
     check_shape(name, array, shape)
-    if array.size and array.min() < 0:
+    if array.size and least_of(array, axis=None) < 0:
         raise RecordError(f"{name}: expected positions, 0 or more, got {array.min()}")
     return array
 
@@ -78,9 +80,10 @@ def converted(name: str, values: Any, kinds: str, dtype: np.dtype[Any]) -> Any:
 def check_shape(name: str, array: Any, shape: tuple[int | str, ...]) -> None:
     """Raise RecordError for another shape; a letter in `shape` is any length."""
     got = array.shape
-    if len(got) == len(shape) and all(
-        type(want) is str or want == length for want, length in zip(shape, got, strict=True)
-    ):
+    fits = len(got) == len(shape)
+    for want, length in zip(shape, got, strict=False):
+        fits = fits and (want == length or type(want) is str)
+    if fits:
         return
     raise RecordError(f"{name}: expected shape ({', '.join(map(str, shape))}), got {got}")
 
@@ -95,13 +98,17 @@ def pose(name: str, values: Any) -> Array:
     RecordError
         For anything else; says by how much.
     """
-    array = floats(name, values, 4, 4)
-    (a, b, c, _), (d, e, f, _), (g, h, i, _), last = array.tolist()  # faster than NumPy on 16
-    error = max(
-        abs(a * a + d * d + g * g - 1), abs(b * b + e * e + h * h - 1),
-        abs(c * c + f * f + i * i - 1), abs(a * b + d * e + g * h),
-        abs(a * c + d * f + g * i), abs(b * c + e * f + h * i),
+    array: Array = values
+    if type(values) is not np.ndarray or values.dtype != FLOAT or values.shape != (4, 4):
+        array = floats(name, values, 4, 4)
+    (a, b, c, x), (d, e, f, y), (g, h, i, z), last = array.tolist()  # faster than NumPy on 16
+    error = (
+        abs(a * a + d * d + g * g - 1) + abs(b * b + e * e + h * h - 1)
+        + abs(c * c + f * f + i * i - 1) + abs(a * b + d * e + g * h)
+        + abs(a * c + d * f + g * i) + abs(b * c + e * f + h * i)
     )  # fmt: skip
+    if not (error <= RIGID and isfinite(x + y + z)):  # NaN is neither more nor less
+        floats(name, array, 4, 4)
     if error > RIGID:
         raise RecordError(
             f"{name}: expected a rigid motion, got a matrix whose R^T R is {error:.2g} from the "

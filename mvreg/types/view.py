@@ -107,8 +107,9 @@ class View:
         checks.instance(f"{name}.scale", self.scale, Scale)
         checks.length(f"{name}.resolution", self.resolution)
         points = checks.floats(f"{name}.points", self.points, "N", 3)
-        normals = checks.unit(f"{name}.normals", self.normals, len(points), 3)
-        checks.keep(self, points=points, normals=normals)
+        checks.instance(f"{name}.normals", self.normals, np.ndarray)
+        checks.check_shape(f"{name}.normals", self.normals, (len(points), 3))
+        checks.keep(self, points=points)
 
     @lazy
     def tree(self) -> Tree:
