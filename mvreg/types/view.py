@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mvreg.geometry.arrays import Array
+from mvreg.types import checks
 from mvreg.types.lazy import lazy
 from mvreg.types.scan import Scan
 
@@ -32,6 +33,10 @@ class Scale:
     spacing: float
     resolution: float
 
+    def __post_init__(self) -> None:
+        checks.length("Scale.spacing", self.spacing)
+        checks.length("Scale.resolution", self.resolution)
+
 
 @dataclass(frozen=True, eq=False)
 class Sample:
@@ -39,6 +44,13 @@ class Sample:
 
     points: Array
     keypoints: Array
+
+    def __post_init__(self) -> None:
+        checks.keep(
+            self,
+            points=checks.floats("Sample.points", self.points, "N", 3),
+            keypoints=checks.floats("Sample.keypoints", self.keypoints, "K", 3),
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,6 +117,17 @@ def common_spread(first: Features, second: Features) -> float:
         return own or np.inf
     return float(np.hypot(own, other) / np.sqrt(2))
 
+    def __post_init__(self) -> None:
+        keypoints = checks.floats("Features.keypoints", self.keypoints, "K", 3)
+        count = len(keypoints)
+        checks.keep(
+            self,
+            keypoints=keypoints,
+            normals=checks.unit("Features.normals", self.normals, count, "L", 3),
+            descriptors=checks.floats("Features.descriptors", self.descriptors, count, "D"),
+            oriented=checks.truth("Features.oriented", self.oriented),
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class View:
@@ -124,6 +147,17 @@ class View:
     resolution: float
     scale: Scale
     scan: Scan | None = None
+
+    def __post_init__(self) -> None:
+        name = type(self).__name__
+        checks.text(f"{name}.name", self.name)
+        checks.instance(f"{name}.features", self.features, Features)
+        checks.instance(f"{name}.scale", self.scale, Scale)
+        checks.length(f"{name}.resolution", self.resolution)
+        points = checks.floats(f"{name}.points", self.points, "N", 3)
+        checks.instance(f"{name}.normals", self.normals, np.ndarray)
+        checks.check_shape(f"{name}.normals", self.normals, (len(points), 3))
+        checks.keep(self, points=points)
 
     @lazy
     def tree(self) -> Tree:
@@ -146,6 +180,10 @@ class Part:
 
     view: View
     T_model_scan: Array
+
+    def __post_init__(self) -> None:
+        checks.instance("Part.view", self.view, View)
+        checks.keep(self, T_model_scan=checks.pose("Part.T_model_scan", self.T_model_scan))
 
 
 @dataclass(frozen=True, eq=False)
