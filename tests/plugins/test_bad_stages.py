@@ -125,8 +125,10 @@ def test_an_answer_that_cannot_be_right_is_refused(method, kind, change, said):
     assert re.search(said, found), found
 
 
-@pytest.mark.parametrize(("kind", "name"), [("strategy", "refine"), ("adjust", "refine"),
-                                            ("strategy", "judge"), ("strategy", "augment")])  # fmt: skip
+@pytest.mark.parametrize(
+    ("kind", "name"),
+    [("strategy", "refine"), ("adjust", "refine"), ("strategy", "judge"), ("strategy", "augment")],
+)
 def test_a_stage_that_another_calls_is_the_one_named(method, kind, name):
     """Strategies and adjustments call stages of the pipeline by themselves."""
 

@@ -9,7 +9,7 @@ from mvreg import events
 from mvreg.geometry import se3
 from mvreg.stages.judge.evidence import EvidenceJudge
 from mvreg.stages.refine.trimmed import TrimmedICP
-from mvreg.stages.strategy.best_first import strategy
+from mvreg.stages.strategy.best_first import joint_verdict, strategy
 from mvreg.stages.strategy.best_first.loop_closure import CERTAIN
 from mvreg.stages.strategy.best_first.strategy import BestFirst
 from mvreg.testing import blob_scans, blob_views, pipeline
