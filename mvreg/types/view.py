@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mvreg.errors import RecordError
 from mvreg.geometry.arrays import Array
 from mvreg.types import checks
 from mvreg.types.lazy import lazy
@@ -78,6 +79,19 @@ class Features:
     oriented: bool
     spread: float | None = None
 
+    def __post_init__(self) -> None:
+        keypoints = checks.floats("Features.keypoints", self.keypoints, "K", 3)
+        count = len(keypoints)
+        checks.keep(
+            self,
+            keypoints=keypoints,
+            normals=checks.unit("Features.normals", self.normals, count, "L", 3),
+            descriptors=checks.floats("Features.descriptors", self.descriptors, count, "D"),
+            oriented=checks.truth("Features.oriented", self.oriented),
+        )
+        if self.spread is not None and not 0 < self.spread < np.inf:
+            raise RecordError(f"Features.spread: expected a number above 0, got {self.spread}")
+
     @lazy
     def descriptor_spread(self) -> float:
         """`spread` as declared, or else `estimated_spread` of the descriptors (their unit)."""
@@ -116,17 +130,6 @@ def common_spread(first: Features, second: Features) -> float:
     if own == other:
         return own or np.inf
     return float(np.hypot(own, other) / np.sqrt(2))
-
-    def __post_init__(self) -> None:
-        keypoints = checks.floats("Features.keypoints", self.keypoints, "K", 3)
-        count = len(keypoints)
-        checks.keep(
-            self,
-            keypoints=keypoints,
-            normals=checks.unit("Features.normals", self.normals, count, "L", 3),
-            descriptors=checks.floats("Features.descriptors", self.descriptors, count, "D"),
-            oriented=checks.truth("Features.oriented", self.oriented),
-        )
 
 
 @dataclass(frozen=True, eq=False)
