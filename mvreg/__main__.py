@@ -3,7 +3,7 @@
 import gc
 import sys
 
-from mvreg.cli import main as cli
+from mvreg.cli import interrupts
 
 #: Python looks for cycles of garbage after so many new containers, instead of 700: what a command
 #: imports and composes is a hundred thousand that stay. A command then takes a twelfth less time,
@@ -13,11 +13,21 @@ THRESHOLDS = (20_000, 10, 10)
 
 def main() -> int:
     """Run the command line in a process of its own, and return the exit code."""
-    gc.set_threshold(*THRESHOLDS)
+    code = interrupts.INTERRUPTED
     try:
-        return cli.main()
+        interrupts.listen()
+        gc.set_threshold(*THRESHOLDS)
+        from mvreg.cli import main as cli
+
+        found = cli.main()
+        code = code if interrupts.interrupted() else found
+        interrupts.done()
+    except KeyboardInterrupt:  # before the command line was ready for it, or after
+        sys.stderr.write("interrupted\n")
+        interrupts.done()
     finally:
         gc.freeze()  # all that is left ends with the process: no last look for garbage
+    return code
 
 
 if __name__ == "__main__":

@@ -17,12 +17,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
+from mvreg.cli.interrupts import INTERRUPTED, interrupted
 from mvreg.errors import MvregError, StageError
 
 if TYPE_CHECKING:
     from omegaconf import DictConfig
 
-DONE, NOT_PLACED, WRONG_INPUT, BUG, INTERRUPTED = 0, 3, 2, 1, 130
+DONE, NOT_PLACED, WRONG_INPUT, BUG = 0, 3, 2, 1
 SEVERITY = (DONE, NOT_PLACED, WRONG_INPUT, BUG, INTERRUPTED)  # from good to bad
 #: Names the file to which every job of a run adds its exit code; Hydra passes no results back, and
 #: some launchers start processes of their own, which inherit the environment.
@@ -73,6 +74,8 @@ def guarded(action: Callable[[], int], debug: bool) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
     except Exception as error:
+        if interrupted():  # it has come out as another error
+            raise KeyboardInterrupt from None
         if debug:
             traceback.print_exc()
         known = wrong_input(error) is not None and not isinstance(error, StageError)

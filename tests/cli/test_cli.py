@@ -14,6 +14,7 @@ from hydra.core.singleton import Singleton
 from observed import run as observed_run
 
 from mvreg import __main__
+from mvreg.cli import interrupts
 from mvreg.cli import main as cli
 from mvreg.errors import InputError
 from mvreg.report.json_file import dumps
@@ -50,6 +51,7 @@ def jobs(monkeypatch, tmp_path):
 
 def test_a_command_looks_for_garbage_seldom_and_not_at_its_end(monkeypatch):
     before, inside = gc.get_threshold(), []
+    monkeypatch.setattr(interrupts, "listen", lambda: None)  # this process is the tests'
     monkeypatch.setattr(cli, "main", lambda: inside.append(gc.get_threshold()) or cli.NOT_PLACED)
     try:
         assert __main__.main() == cli.NOT_PLACED

@@ -1,0 +1,68 @@
+"""Ctrl-C in a process of the command line: it ends with 130, at whatever moment it comes.
+
+The first one interrupts what is under way, so that what was finished is kept; a second one, or one
+when all is done, ends the process at once.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from threading import Timer
+from types import FrameType
+from typing import NoReturn
+
+#: Exit code of a process that Ctrl-C has ended, as shells have it.
+INTERRUPTED = 130
+#: Seconds until an interrupt is tried again that came where nothing can be raised.
+LATER = 0.01
+
+
+def listen() -> None:
+    """Take over Ctrl-C, unless it is ignored, as for a process that was started in the background.
+
+    For a process of one's own: nothing is as it was before.
+    """
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        sys.unraisablehook = again
+        signal.signal(signal.SIGINT, first)
+
+
+def interrupted() -> bool:
+    """Whether Ctrl-C has come already, even if somebody made another error of it.
+
+    An interrupt while Open3D is being imported, for one, comes out as an ImportError.
+    """
+    return signal.getsignal(signal.SIGINT) is leave
+
+
+def done() -> None:
+    """All that is left is to end: from now on Ctrl-C does so at once."""
+    if signal.getsignal(signal.SIGINT) is first:
+        signal.signal(signal.SIGINT, leave)
+    # Python kills itself by the signal at the end, whoever caught the interrupt, if it came while
+    # a string was executed, as dataclasses do; until another one has been executed since.
+    exec("")
+
+
+def first(number: int, frame: FrameType | None) -> NoReturn:
+    """Interrupt what is under way; the next one will not be so polite."""
+    signal.signal(signal.SIGINT, leave)
+    raise KeyboardInterrupt
+
+
+def leave(number: int, frame: FrameType | None) -> NoReturn:
+    """End the process at once."""
+    os._exit(INTERRUPTED)
+
+
+def again(ignored: sys.UnraisableHookArgs) -> None:
+    """Interrupt once more where Python cannot raise, in a destructor or a callback."""
+    if ignored.exc_type is KeyboardInterrupt:
+        signal.signal(signal.SIGINT, first)
+        later = Timer(LATER, os.kill, (os.getpid(), signal.SIGINT))  # not in here, once more
+        later.daemon = True
+        later.start()
+    else:
+        sys.__unraisablehook__(ignored)
