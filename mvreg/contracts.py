@@ -91,8 +91,8 @@ class Describe(Protocol):
     def __call__(self, scan: Scan, keypoints: Array, spacing: float) -> Features:
         """Describe `keypoints` (K, 3) of the scan; those that cannot be described are left out.
 
-        The rest keeps its order. The number of scales L and of descriptors' entries D must not
-        depend on the scan. Called from several threads.
+        The rest keeps its order. The number of scales L, that of descriptors' entries D and the
+        spread, if one is declared, must not depend on the scan. Called from several threads.
         """
 
 

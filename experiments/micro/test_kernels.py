@@ -143,7 +143,7 @@ def test_spread(benchmark: Any, views: list[View], seeds: Matches, variant: str)
     stage, (source, target) = ConsensusPropagate(), views
     limits = (
         stage.distance_tolerance * source.scale.spacing, np.radians(stage.angle_tolerance),
-        stage.descriptor_tolerance,
+        stage.descriptor_tolerance * source.features.spread,
     )  # fmt: skip
     pairs = [(int(i), int(j)) for i, j in seeds.indices]
     found = timed(

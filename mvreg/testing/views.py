@@ -87,6 +87,7 @@ def plain_view(name: str, points: Array, scale: Scale, keypoints: int = 50) -> V
         np.tile(up, (len(chosen), sample.normals.shape[1], 1)),
         np.zeros((len(chosen), sample.descriptors.shape[1])),
         oriented=True,
+        declared_spread=sample.spread,
     )
     normals = np.tile(up, (len(points), 1))
     return View(name, points, normals, features, mean_spacing(points), scale)
@@ -155,8 +156,11 @@ def shuffled_view(view: AnyView, number: int) -> tuple[AnyView, Indices, Indices
     rng = np.random.default_rng(number)
     points, keypoints = (rng.permutation(len(x)) for x in (view.points, view.features.keypoints))
     old = view.features
-    features = Features(
-        old.keypoints[keypoints], old.normals[keypoints], old.descriptors[keypoints], old.oriented
+    features = replace(
+        old,
+        keypoints=old.keypoints[keypoints],
+        normals=old.normals[keypoints],
+        descriptors=old.descriptors[keypoints],
     )
     new = replace(view, points=view.points[points], normals=view.normals[points], features=features)
     return new, points, keypoints

@@ -38,12 +38,33 @@ class Sample:
     keypoints: Array
 
 
+#: So many descriptors at most are compared with each other, to estimate their spread.
+COMPARED = 250
+
+
+def typical_distance(descriptors: Array) -> float:
+    """Median distance between two of the rows (K, D); 1 where all are alike, or fewer than two.
+
+    All pairs are compared among at most `COMPARED` rows, evenly picked in lexicographic order, so
+    that the order of the rows does not matter and nothing is drawn at random.
+    """
+    rows = descriptors[np.lexsort(descriptors.T[::-1])] if len(descriptors) else descriptors
+    rows = rows[:: -(-len(rows) // COMPARED) or 1]
+    first, second = np.triu_indices(len(rows), 1)
+    distances = np.linalg.norm(rows[first] - rows[second], axis=1)
+    if not distances.any():
+        return 1.0
+    return float(np.median(distances) or distances.mean())
+
+
 @dataclass(frozen=True, eq=False)
 class Features:
     """Described keypoints of one scan.
 
     `keypoints` (K, 3); `normals` (K, L, 3), unit, one per scale; `descriptors` (K, D), invariant
     under rigid motion; `oriented` is False where the normals' signs mean nothing.
+    `declared_spread` is the typical distance between the descriptors of two unlike keypoints, if
+    the stage that made them knows it from many scans; the same for all views of a run.
 
     The scales ascend, and the first, ``normals[:, 0]``, is the normal of a keypoint wherever one is
     needed: to turn registration points' normals to the same side, to merge a view into the model.
@@ -56,6 +77,17 @@ class Features:
     normals: Array
     descriptors: Array
     oriented: bool
+    declared_spread: float | None = None
+
+    @lazy
+    def spread(self) -> float:
+        """The unit that tolerances of descriptors are in: typically, unlike keypoints are 1 apart.
+
+        As declared, else the median distance between two of these descriptors. Always positive.
+        """
+        if self.declared_spread is not None:
+            return self.declared_spread
+        return typical_distance(self.descriptors)
 
 
 @dataclass(frozen=True, eq=False)

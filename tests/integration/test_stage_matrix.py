@@ -14,7 +14,6 @@ MAX_ANGLE, MAX_SHIFT = 2.0, 2.0
 
 #: Stages with which scans of `tiny` are left over, and why. None may place one wrongly.
 EXCEPTIONS = {
-    "describe/fpfh": "being mended: the tolerance of descriptors is in another one's unit",
     "describe/none": "matches nothing by design",
     "downsample/stride": "leaves five scans over at its defaults; the cause is not known",
     "downsample/voxel": "leaves five scans over at its defaults; the cause is not known",

@@ -62,6 +62,7 @@ def joined(first: Features, second: Features) -> Features:
         np.concatenate([first.normals, second.normals]),
         np.concatenate([first.descriptors, second.descriptors]),
         first.oriented and second.oriented,
+        first.declared_spread,
     )
 
 
@@ -189,7 +190,7 @@ class MergeAugment:
             self.mode,
             oriented,
         )
-        features = Features(keypoints, facing, descriptors, oriented)
+        features = Features(keypoints, facing, descriptors, oriented, own.declared_spread)
         part = Part(source, registration.T_target_source)
         return grown(model, part, points, normals, features)
 

@@ -58,7 +58,8 @@ class ConsensusPropagate:
     angle_tolerance : float
         Difference of the angles to the seed's normals, in degrees, at every scale.
     descriptor_tolerance : float
-        Largest distance of the descriptors.
+        Largest distance of the descriptors, in units of their spread (`Features.spread`): the mean
+        of the two views', so that it holds for every `describe`.
     spread_over : int
         A seed spreads over so many keypoints of the target at least, and twice as many at most;
         evenly thinned, if there are more, as in a model of many scans.
@@ -80,7 +81,7 @@ class ConsensusPropagate:
 
     distance_tolerance: float = 0.5
     angle_tolerance: float = 10.0
-    descriptor_tolerance: float = 0.2
+    descriptor_tolerance: float = 1.0
     spread_over: int = 500
     min_matches: int = 11
     samples: int = 200
@@ -130,10 +131,11 @@ class ConsensusPropagate:
         own, other = shape(source), shape(target)
         step = max(1, len(target.features.keypoints) // self.spread_over)
         oriented = source.features.oriented and target.features.oriented
+        unit = (source.features.spread + target.features.spread) / 2
         parts = in_threads(
             lambda part: kernels.spread(
                 own, other, seeds[part], oriented, self.distance_tolerance * source.scale.spacing,
-                np.deg2rad(self.angle_tolerance), self.descriptor_tolerance, step,
+                np.deg2rad(self.angle_tolerance), self.descriptor_tolerance * unit, step,
             ),
             slices(len(seeds), PART),
         )  # fmt: skip
