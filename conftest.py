@@ -15,6 +15,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
         "--tier", choices=tiers.TIERS, default="all", help="what to run, see tests/tiers.py"
     )
+    parser.addoption(
+        "--renew-golden", action="store_true", help="write golden results instead of comparing"
+    )
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:

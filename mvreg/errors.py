@@ -8,6 +8,8 @@ __all__ = [
     "InputError",
     "MvregError",
     "PluginError",
+    "RecordError",
+    "StageError",
     "check_ascending",
     "check_positive",
 ]
@@ -23,6 +25,25 @@ class InputError(MvregError, ValueError):
 
 class PluginError(MvregError, RuntimeError):
     """A plugin or a stage cannot be used: names the culprit and what to do."""
+
+
+class RecordError(InputError):
+    """A record, or an array for a kernel, that cannot be right: a shape, a range, a NaN.
+
+    A person who runs mvreg can do nothing about it: out of a stage it comes as a `StageError`.
+    """
+
+
+class StageError(MvregError, RuntimeError):
+    """A stage raised an error or returned what its contract does not allow: a bug in the stage.
+
+    Names the stage, the plugin and the distribution that registered it, what was expected and what
+    came. `stage` is the one at fault, as ``kind=name``.
+    """
+
+    def __init__(self, message: str, stage: str = "") -> None:
+        super().__init__(message)
+        self.stage = stage
 
 
 def check_positive(stage: str, **values: float) -> None:

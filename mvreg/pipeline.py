@@ -15,6 +15,7 @@ from mvreg.errors import InputError
 from mvreg.geometry.nearest import mean_spacing
 from mvreg.parallel import in_threads, one_by_one
 from mvreg.screening import refine_best
+from mvreg.stage_calls import checked
 from mvreg.surface.normals import facing_normals
 from mvreg.types import (
     Array,
@@ -57,6 +58,10 @@ class Pipeline:
     def observed_by(self, emit: events.Emit) -> Pipeline:
         """The pipeline with `emit` as the receiver of its events."""
         return replace(self, emit=emit)
+
+    def checked(self) -> Pipeline:
+        """The pipeline with stages whose calls are checked, whoever calls them."""
+        return replace(self, **{kind: checked(kind, getattr(self, kind)) for kind in STAGES})
 
     def with_stages(self, **stages: Any) -> Pipeline:
         """The pipeline with other stages, by kind: ``with_stages(judge=TmseJudge())``.
@@ -110,12 +115,13 @@ class Pipeline:
             raise InputError(f"expected at least two scans with different names, got {found}")
         seconds: dict[str, float] = {}
         with timed(seconds, "downsample"):
-            samples, spacing = self.downsample(scans, rng)
+            samples, spacing = checked("downsample", self.downsample)(scans, rng)
         resolutions = in_threads(lambda sample: mean_spacing(sample.points), samples)
+        describe = checked("describe", self.describe)
         scale = Scale(spacing, float(np.median([r for r in resolutions if r > 0] or [0.0])))
 
         def described(scan: Scan, sample: Sample, resolution: float) -> View:
-            features = self.describe(scan, sample.keypoints, spacing)
+            features = describe(scan, sample.keypoints, spacing)
             normals = facing_normals(scan, sample.points, features)
             return View(scan.name, sample.points, normals, features, resolution, scale, scan)
 
@@ -153,25 +159,25 @@ class Pipeline:
         """
 
         def rejected_early(registration: Registration, subsampled: View) -> bool:
-            judge = self.judge
             if early_rejection == np.inf or not isinstance(judge, contracts.ScreeningJudge):
                 return False
             return judge.rejected_early(registration, subsampled, target, graph, early_rejection)
 
+        refine, judge = checked("refine", self.refine), checked("judge", self.judge)
         self.emit(events.PairStarted(source, target))
         seconds: dict[str, float] = {}
         with timed(seconds, "seed"):
-            seeds = self.seed(source, target)
+            seeds = checked("seed", self.seed)(source, target)
         with timed(seconds, "propagate"):
-            candidates = self.propagate(source, target, seeds, rng)
+            candidates = checked("propagate", self.propagate)(source, target, seeds, rng)
         with timed(seconds, "refine"):
-            registration = refine_best(self.refine, source, target, candidates, rejected_early)
+            registration = refine_best(refine, source, target, candidates, rejected_early)
         if registration is None:
             verdict = Verdict(False, float("inf"), 0.0, "no candidate pose")
             pair = Pair(source.name, target.name, verdict, seconds=seconds)
         else:
             with timed(seconds, "judge"):
-                verdict = self.judge(registration, source, target, graph)
+                verdict = judge(registration, source, target, graph)
                 for check in checks:
                     verdict = check(registration, verdict)
             pair = Pair(
@@ -196,7 +202,7 @@ class Pipeline:
         """Merge a view into the model."""
         seconds: dict[str, float] = {}
         with timed(seconds, "augment"):
-            model = self.augment(model, source, registration)
+            model = checked("augment", self.augment)(model, source, registration)
         pose: Array = registration.T_target_source
         self.emit(events.ViewPlaced(source.name, pose, model, seconds["augment"]))
         return model

@@ -21,6 +21,7 @@ from mvreg.events import (
 )
 from mvreg.pipeline import Pipeline
 from mvreg.plugins import manager
+from mvreg.stage_calls import checked
 from mvreg.types import Array, Result, Scan, ScanSet, View
 from mvreg.types.scan import as_scans
 
@@ -73,12 +74,12 @@ def run(
     """
     start = time.perf_counter()
     watch = Stopwatch(emit)
-    pipeline = method.pipeline.observed_by(watch)
+    pipeline = method.pipeline.observed_by(watch).checked()
     views = pipeline.prepare(scans, rng)
-    result = method.strategy(views, pipeline, rng)
+    result = checked("strategy", method.strategy)(views, pipeline, rng)
     before = time.perf_counter()
     emit(AdjustStarted(result))
-    result = method.adjust(result, views, pipeline)
+    result = checked("adjust", method.adjust)(result, views, pipeline)
     watch.add("adjust", time.perf_counter() - before)
     watch.add("total", time.perf_counter() - start)
     return result, views, watch.seconds
@@ -135,7 +136,8 @@ def dataset(name: str, rng: int = 0, **parameters: object) -> ScanSet:
 
     changes = {f"dataset.{key}": value for key, value in parameters.items()}
     config = compose([f"dataset={spelled(name)}", *overrides_from(changes)])
-    found: ScanSet = stage_from(config, "dataset")(np.random.default_rng(rng))
+    load = checked("dataset", stage_from(config, "dataset"))
+    found: ScanSet = load(np.random.default_rng(rng))
     return found
 
 
@@ -173,6 +175,9 @@ def register(
     InputError
         For fewer than two scans, arrays that are not (N, 3) or not finite, an unknown method,
         stage or parameter.
+    StageError
+        If a stage raises an error, or returns what its contract does not allow; names the stage
+        and the distribution that it came with.
     """
     method, generator = _method(method, changes), _generator(rng)
     with manager.observing(*observers):

@@ -37,11 +37,11 @@ def test_every_start_of_a_path_exists(pytestconfig: pytest.Config) -> None:
 
 @pytest.mark.parametrize("workers", [[], ["-n", "2"]])
 def test_what_is_left_out_is_said(pytestconfig: pytest.Config, workers: list[str]) -> None:
-    files = ["tests/documents/test_packaging.py", "tests/types/test_lazy.py"]
+    files = ["tests/documents/test_docs.py", "tests/types/test_lazy.py"]
     done = subprocess.run(
         [sys.executable, "-m", "pytest", "-q", "--tier", "check", *workers, *files],
         cwd=pytestconfig.rootpath, capture_output=True, text=True, check=False, timeout=600,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
     assert "left to --tier test and all" in done.stdout
-    assert "tests/documents/test_packaging.py" in done.stdout
+    assert "tests/documents/test_docs.py" in done.stdout

@@ -31,7 +31,7 @@ from mvreg.testing.reference import icp as plain_icp
 from mvreg.testing.reference import moments as plain_moments
 from mvreg.testing.reference import propagate as plain_propagate
 from mvreg.testing.reference import text as plain_text
-from mvreg.types import Array, Indices, Matches, Scan, View
+from mvreg.types import Array, Indices, Matches, Scan, View, common_spread
 
 BOTH = pytest.mark.parametrize("variant", ["kernel", "reference"])
 #: Keypoints that the references of neighbourhoods are asked about.
@@ -143,7 +143,7 @@ def test_spread(benchmark: Any, views: list[View], seeds: Matches, variant: str)
     stage, (source, target) = ConsensusPropagate(), views
     limits = (
         stage.distance_tolerance * source.scale.spacing, np.radians(stage.angle_tolerance),
-        stage.descriptor_tolerance * source.features.spread,
+        stage.descriptor_tolerance * common_spread(source.features, target.features),
     )  # fmt: skip
     pairs = [(int(i), int(j)) for i, j in seeds.indices]
     found = timed(

@@ -12,6 +12,7 @@ from mvreg.events import Event, RunFinished, RunStarted
 from mvreg.parallel import quick_turns
 from mvreg.plugins import manager
 from mvreg.run import method_from, run
+from mvreg.stage_calls import checked
 from mvreg.types import Result, ScanSet
 
 if TYPE_CHECKING:
@@ -37,7 +38,8 @@ def run_job(config: DictConfig, folder: Path) -> Result:
     plain: dict[str, Any] = OmegaConf.to_container(config, resolve=True, enum_to_str=True)  # type: ignore[assignment]
     method = method_from(config)
     start = time.perf_counter()
-    scanset: ScanSet = stage_from(config, "dataset")(np.random.default_rng(config.rng))
+    load = checked("dataset", stage_from(config, "dataset"))
+    scanset: ScanSet = load(np.random.default_rng(config.rng))
     loading = time.perf_counter() - start
     recorder, console = Recorder(folder), Console()
     extra: list[RerunObserver] = [RerunObserver(folder / "run.rrd")] if config.rerun else []

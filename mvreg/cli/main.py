@@ -17,7 +17,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
-from mvreg.errors import MvregError
+from mvreg.errors import MvregError, StageError
 
 if TYPE_CHECKING:
     from omegaconf import DictConfig
@@ -75,7 +75,7 @@ def guarded(action: Callable[[], int], debug: bool) -> int:
     except Exception as error:
         if debug:
             traceback.print_exc()
-        known = wrong_input(error) is not None
+        known = wrong_input(error) is not None and not isinstance(error, StageError)
         advice = "" if debug or known else "; run again with debug=true to see the traceback"
         say(f"error: {message(error)}{advice}")
         return WRONG_INPUT if known else BUG

@@ -82,6 +82,8 @@ def _prepared(result: Result, given: Given | None) -> Sequence[View]:
     if given is not None:
         if not isinstance(given, ScanSet) and all(isinstance(each, View) for each in given):
             views = cast(Sequence[View], given)
+            if not views:  # none was prepared: nothing can be compared
+                return views
         else:
             _check_same(as_scans(cast("Sequence[Scan | Array] | ScanSet", given)), views)
     placed = [name for poses in (result.poses, *result.components) for name in poses]

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mvreg.errors import InputError
+from mvreg.errors import InputError, RecordError
 
 if TYPE_CHECKING:
     from mvreg.geometry.arrays import Array, Indices
@@ -25,19 +25,19 @@ def floats(name: str, values: Any, *shape: int | str, finite: bool = False) -> A
 
     Raises
     ------
-    InputError
+    RecordError
         For another shape, for complex numbers, and for NaN or infinities where `finite` is asked.
     """
     # The common case first: small calls are many.
     if type(values) is not np.ndarray or values.dtype != FLOAT:
         if np.iscomplexobj(values):
-            raise InputError(f"{name}: expected real numbers, got complex ones")
+            raise RecordError(f"{name}: expected real numbers, got complex ones")
         values = np.asarray(values, dtype=FLOAT)
     array: Array = np.ascontiguousarray(values)
     _check_shape(name, array, shape)
     if finite and not np.isfinite(array).all():
         wrong = tuple(np.argwhere(~np.isfinite(array))[0].tolist())
-        raise InputError(f"{name}: expected finite numbers, got {array[wrong]} at {wrong}")
+        raise RecordError(f"{name}: expected finite numbers, got {array[wrong]} at {wrong}")
     return array
 
 
@@ -46,12 +46,12 @@ def integers(name: str, values: Any, *shape: int | str) -> Indices:
 
     Raises
     ------
-    InputError
+    RecordError
         For another shape, and for what is no integer.
     """
     given = np.asarray(values)
     if given.size and given.dtype.kind not in "iub":
-        raise InputError(f"{name}: expected integers, got {given.dtype}")
+        raise RecordError(f"{name}: expected integers, got {given.dtype}")
     array: Indices = np.ascontiguousarray(given, dtype=np.intp)
     _check_shape(name, array, shape)
     return array
@@ -62,13 +62,13 @@ def indices(name: str, values: Any, size: int, *shape: int | str) -> Indices:
 
     Raises
     ------
-    InputError
+    RecordError
         As `integers` does, and for an index out of range.
     """
     array = integers(name, values, *shape)
     if array.size and (array.min() < 0 or array.max() >= size):
         wrong = array[(array < 0) | (array >= size)].flat[0]
-        raise InputError(f"{name}: expected positions among {size}, got {wrong}")
+        raise RecordError(f"{name}: expected positions among {size}, got {wrong}")
     return array
 
 
@@ -77,7 +77,7 @@ def index_pairs(name: str, values: Any, source: int, target: int) -> Indices:
 
     Raises
     ------
-    InputError
+    RecordError
         As `indices` does.
     """
     pairs = integers(name, values, "M", 2)
@@ -92,14 +92,14 @@ def ends(name: str, values: Any, size: int) -> Indices:
 
     Raises
     ------
-    InputError
+    RecordError
         As `integers` does, and where they descend or leave the range.
     """
     array = integers(name, values, "S + 1")
     if not len(array):
-        raise InputError(f"{name}: expected one number more than there are parts, got none")
+        raise RecordError(f"{name}: expected one number more than there are parts, got none")
     if array[0] < 0 or array[-1] > size or (array[1:] < array[:-1]).any():
-        raise InputError(f"{name}: expected ends that ascend from 0 to {size}, got {array}")
+        raise RecordError(f"{name}: expected ends that ascend from 0 to {size}, got {array}")
     return array
 
 
@@ -108,12 +108,12 @@ def transform(name: str, values: Any, *, finite: bool = False) -> Array:
 
     Raises
     ------
-    InputError
+    RecordError
         For another shape, and for NaN or infinities where `finite` is asked.
     """
     array = floats(name, values, finite=finite)
     if array.shape != (4, 4):
-        raise InputError(f"{name}: expected a motion (4, 4), got {array.shape}")
+        raise RecordError(f"{name}: expected a motion (4, 4), got {array.shape}")
     return array
 
 
@@ -125,7 +125,7 @@ def positive(**values: float) -> None:
 
 
 def _check_shape(name: str, array: Array | Indices, shape: tuple[int | str, ...]) -> None:
-    """Raise InputError for another shape than this; none stands for any."""
+    """Raise RecordError for another shape than this; none stands for any."""
     if not shape or array.shape == shape:
         return
     fits = array.ndim == len(shape)
@@ -134,4 +134,4 @@ def _check_shape(name: str, array: Array | Indices, shape: tuple[int | str, ...]
             fits = fits and (want == got or type(want) is str)
     if not fits:
         wanted = ", ".join(map(str, shape))
-        raise InputError(f"{name}: expected shape ({wanted}), got {array.shape}")
+        raise RecordError(f"{name}: expected shape ({wanted}), got {array.shape}")

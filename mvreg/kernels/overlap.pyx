@@ -13,7 +13,9 @@ import numpy as np
 from mvreg.kernels import checks
 
 
-def contact_heights(Tree tree not None, planes, points, normals, transform, double reach, double least_cosine):
+def contact_heights(
+    Tree tree not None, planes, points, normals, transform, double reach, double least_cosine
+):
     """Where points lie on a surface, and how far from its planes.
 
     Parameters as in `mvreg.kernels.evidence.look`; signs of normals do not matter.

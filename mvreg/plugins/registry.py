@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from mvreg.contracts import KINDS
 from mvreg.errors import PluginError
+from mvreg.plugins.signatures import misfit
 
 if TYPE_CHECKING:
     from mvreg.plugins.pluggy_manager import Manager
@@ -115,3 +116,8 @@ def check(key: object, cls: object, who: str) -> None:
         )
     if not any("__call__" in base.__dict__ for base in cls.__mro__):
         raise PluginError(f"{who}: {key!r}: {cls.__qualname__} has no __call__")
+    if wrong := misfit(match[1], cls):
+        raise PluginError(
+            f"{who}: {key!r} cannot be called as mvreg.contracts.{KINDS[match[1]].__name__} is: "
+            f"{wrong}; change its parameters"
+        )

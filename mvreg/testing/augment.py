@@ -69,7 +69,6 @@ class AugmentContract(StageContract):
         assert answer.members == (*model.members, source.name)
         assert answer.scale == model.scale
         assert answer.features.oriented == (model.features.oriented and source.features.oriented)
-        assert answer.features.declared_spread == model.features.declared_spread
         assert answer.points.shape == answer.normals.shape == (len(answer.points), 3)
         assert_finite(points=answer.points, resolution=answer.resolution)
         assert_unit(answer.normals)

@@ -16,7 +16,6 @@ from mvreg.testing.compare import assert_finite, assert_unit
 from mvreg.testing.scans import RADIUS, blob_scans, degenerate_points
 from mvreg.testing.views import AXES_SWAPPED, MOTION, UNITS, pipeline, scaled_scan
 from mvreg.types import Array, Features, Indices, Scan
-from mvreg.types.view import typical_distance
 
 
 class DescribeContract(StageContract):
@@ -28,10 +27,6 @@ class DescribeContract(StageContract):
     tolerance: ClassVar[float] = 1e-6
     #: This share of the normals may differ: seen edge-on, rounding decides where they point.
     strays: ClassVar[float] = 0.01
-    #: Largest relative difference of an estimated spread between them.
-    spread_tolerance: ClassVar[float] = 0.01
-    #: The spread is within this factor of the median distance of the descriptors, both ways.
-    spread_factor: ClassVar[float] = 2.5
     #: Waived for a stage that describes nothing, on purpose.
     describes: ClassVar[bool] = True
 
@@ -81,9 +76,8 @@ class DescribeContract(StageContract):
         for array in (answer.keypoints, answer.normals, answer.descriptors):
             assert array.dtype == np.float64
         assert_unit(answer.normals)
-        assert_finite(descriptors=answer.descriptors, spread=answer.spread)
-        assert answer.spread > 0, "the spread of the descriptors is a unit"
-        assert answer.declared_spread == size.declared_spread, "what is declared must not vary"
+        assert_finite(descriptors=answer.descriptors)
+        assert answer.spread == size.spread, "a spread that is declared is the same for all scans"
         rows = self.rows(answer.keypoints, arguments[1])
         assert (np.diff(rows) > 0).all() or len(np.unique(arguments[1], axis=0)) < len(arguments[1])
 
@@ -100,8 +94,9 @@ class DescribeContract(StageContract):
         """Check that `new` is `old` in a frame turned by the rotation `turn`."""
         assert len(new.keypoints) == len(old.keypoints)
         assert new.oriented == old.oriented
-        np.testing.assert_allclose(new.spread, old.spread, rtol=self.spread_tolerance)
         np.testing.assert_allclose(new.descriptors, old.descriptors, atol=self.tolerance)
+        spreads = new.descriptor_spread, old.descriptor_spread
+        np.testing.assert_allclose(*spreads, atol=self.tolerance)
         cosine = (new.normals * (old.normals @ turn.T)).sum(axis=-1)
         if not old.oriented:
             cosine = np.abs(cosine)
@@ -137,20 +132,16 @@ class DescribeContract(StageContract):
             order = np.random.default_rng(1).permutation(len(keypoints))
             new = self.call(scan, keypoints[order], spacing)
             back = np.argsort(self.rows(new.keypoints, keypoints))
-            self.same(old, replace(new, keypoints=new.keypoints[back], normals=new.normals[back],
-                                   descriptors=new.descriptors[back]), np.eye(3))  # fmt: skip
+            again = replace(
+                new,
+                keypoints=new.keypoints[back],
+                normals=new.normals[back],
+                descriptors=new.descriptors[back],
+            )
+            self.same(old, again, np.eye(3))
 
     def test_points_of_different_shape_look_different(self) -> None:
         if not self.describes:
             pytest.skip("this stage describes nothing, on purpose")
         found = self.call(*self.examples()["sensor far away"]).descriptors
         assert (found.std(axis=0) > 0).any(), "descriptors must tell points apart"
-
-    def test_the_spread_is_in_the_unit_of_the_descriptors(self) -> None:
-        """Declared or estimated, it is about how far apart unlike keypoints are."""
-        if not self.describes:
-            pytest.skip("this stage describes nothing, on purpose")
-        for arguments in self.examples().values():
-            found = self.call(*arguments)
-            measured = typical_distance(found.descriptors)
-            assert measured / self.spread_factor < found.spread < measured * self.spread_factor

@@ -17,6 +17,7 @@ from mvreg.testing.views import (
     degenerate_pairs,
     moved_view,
     overlap,
+    rescaled_descriptors,
     scaled_view,
     shuffled_view,
 )
@@ -75,6 +76,13 @@ class SeedContract(StageContract):
             new = self.call(source, target)
             np.testing.assert_array_equal(new.indices, old.indices)
             np.testing.assert_allclose(new.distances, old.distances, rtol=1e-9)
+
+    def test_the_unit_of_the_descriptors_does_not_matter(self) -> None:
+        pair = overlap()
+        old = self.call(pair.source, pair.target)
+        for unit in UNITS:
+            views = (rescaled_descriptors(view, unit) for view in (pair.source, pair.target))
+            np.testing.assert_array_equal(self.call(*views).indices, old.indices)
 
     def test_the_order_of_the_keypoints_does_not_matter(self) -> None:
         pair = overlap()

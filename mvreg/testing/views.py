@@ -87,7 +87,7 @@ def plain_view(name: str, points: Array, scale: Scale, keypoints: int = 50) -> V
         np.tile(up, (len(chosen), sample.normals.shape[1], 1)),
         np.zeros((len(chosen), sample.descriptors.shape[1])),
         oriented=True,
-        declared_spread=sample.spread,
+        spread=sample.spread,
     )
     normals = np.tile(up, (len(points), 1))
     return View(name, points, normals, features, mean_spacing(points), scale)
@@ -144,6 +144,13 @@ def scaled_view(view: AnyView, factor: float) -> AnyView:
         scale=Scale(view.scale.spacing * factor, view.scale.resolution * factor),
         scan=view.scan and scaled_scan(view.scan, factor),
     )
+
+
+def rescaled_descriptors(view: AnyView, factor: float) -> AnyView:
+    """The view with descriptors in another unit, and their spread with them."""
+    old = view.features
+    spread = old.spread and old.spread * factor
+    return replace(view, features=replace(old, descriptors=old.descriptors * factor, spread=spread))
 
 
 def scaled_pose(transform: Array, factor: float) -> Array:

@@ -7,17 +7,19 @@ All are frozen. Lengths are in the unit of the scans, which no stage needs to kn
 from __future__ import annotations
 
 from mvreg.geometry.arrays import Array, Indices
-from mvreg.types.records import (
-    Candidates,
-    Link,
-    Matches,
-    Pair,
-    Registration,
-    Result,
-    Verdict,
-)
+from mvreg.types.records import Candidates, Matches, Registration, Verdict
+from mvreg.types.results import Link, Pair, Result
 from mvreg.types.scan import Scan, ScanSet
-from mvreg.types.view import Features, Model, Part, Sample, Scale, View
+from mvreg.types.view import (
+    Features,
+    Model,
+    Part,
+    Sample,
+    Scale,
+    View,
+    common_spread,
+    estimated_spread,
+)
 from mvreg.types.view_graph import Edge, Loop, ViewGraph
 
 __all__ = [
@@ -41,4 +43,6 @@ __all__ = [
     "Verdict",
     "View",
     "ViewGraph",
+    "common_spread",
+    "estimated_spread",
 ]

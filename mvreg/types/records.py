@@ -1,4 +1,4 @@
-"""The records that stages exchange: matches, candidates, registrations, results.
+"""The records that stages exchange: matches, candidates, registrations, verdicts.
 
 Public as part of `mvreg.types`.
 """
@@ -10,8 +10,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from mvreg.errors import RecordError
 from mvreg.geometry.arrays import Array, Indices
-from mvreg.types.view import Model, View
+from mvreg.types import checks
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,6 +24,11 @@ class Matches:
 
     indices: Indices
     distances: Array
+
+    def __post_init__(self) -> None:
+        indices = checks.integers("Matches.indices", self.indices, "M", 2)
+        distances = checks.floats("Matches.distances", self.distances, len(indices))
+        checks.keep(self, indices=indices, distances=distances)
 
     def __len__(self) -> int:
         return len(self.indices)
@@ -44,6 +50,17 @@ class Candidates:
     poses: Array
     scores: Array
     matches: tuple[Indices, ...]
+
+    def __post_init__(self) -> None:
+        poses = checks.poses("Candidates.poses", self.poses)
+        scores = checks.floats("Candidates.scores", self.scores, len(poses))
+        checks.instance("Candidates.matches", self.matches, tuple)
+        if len(self.matches) != len(poses):
+            raise RecordError(
+                f"Candidates.matches: expected {len(poses)} arrays, one per pose, "
+                f"got {len(self.matches)}"
+            )
+        checks.keep(self, poses=poses, scores=scores)
 
     def __len__(self) -> int:
         return len(self.poses)
@@ -78,6 +95,24 @@ class Registration:
     converged: bool
     alternatives: Array = field(default_factory=lambda: np.empty((0, 4, 4)))
 
+    def __post_init__(self) -> None:
+        checks.text("Registration.source", self.source)
+        checks.text("Registration.target", self.target)
+        checks.number("Registration.overlap", self.overlap, 0.0, 1.0)
+        checks.length("Registration.trimmed_mse", self.trimmed_mse)
+        checks.number("Registration.objective", self.objective)
+        checks.length("Registration.trim_distance", self.trim_distance)
+        checks.length("Registration.iterations", self.iterations)
+        pairs = checks.integers("Registration.pairs", self.pairs, "P", 2)
+        checks.keep(
+            self,
+            T_target_source=checks.pose("Registration.T_target_source", self.T_target_source),
+            pairs=pairs,
+            distances=checks.floats("Registration.distances", self.distances, len(pairs)),
+            converged=checks.truth("Registration.converged", self.converged),
+            alternatives=checks.poses("Registration.alternatives", self.alternatives),
+        )
+
 
 @dataclass(frozen=True)
 class Verdict:
@@ -96,58 +131,15 @@ class Verdict:
     evidence: Mapping[str, float] = field(default_factory=dict)
     open_loop: bool = False
 
-
-@dataclass(frozen=True, eq=False)
-class Pair:
-    """The record of one attempted pair-wise registration; a row of ``pairs.csv``.
-
-    `T_target_source`, `overlap` and `trimmed_mse` are None where there was no candidate;
-    `seconds` maps a stage's kind to the time that it took.
-    """
-
-    source: str
-    target: str
-    verdict: Verdict
-    T_target_source: Array | None = None
-    overlap: float | None = None
-    trimmed_mse: float | None = None
-    seconds: Mapping[str, float] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, eq=False)
-class Link:
-    """Two placed scans that overlap, under the poses of a result.
-
-    `points` of the source lie on the target's surface, at a root mean square point-to-plane
-    distance of `rms` (length).
-    """
-
-    source: str
-    target: str
-    points: int
-    rms: float
-
-
-@dataclass(frozen=True, eq=False)
-class Result:
-    """Every pose that was found.
-
-    `poses` maps names to ``T_model_scan`` (4, 4), the identity for `reference`. `components` are
-    the other partial models, which nothing reliable joins to the reference's: each maps names to
-    poses in a frame of its own, that of its first scan. `unregistered` names the scans in neither.
-    `pairs` has every attempt, in order; `model` is the merged view where the strategy keeps one.
-    An `adjust` stage may add the `covariances` (6, 6) of the poses, of small motions
-    ``exp(twist) @ T_model_scan``, three of rotation (radians) and three of translation (length),
-    and the `links` that it rests on. `views` are the scans as they were prepared, in the order in
-    which they were given; `mvreg.register` fills them in, strategies leave them empty.
-    """
-
-    reference: str
-    poses: Mapping[str, Array]
-    unregistered: tuple[str, ...]
-    pairs: tuple[Pair, ...]
-    model: Model | None = None
-    components: tuple[Mapping[str, Array], ...] = ()
-    covariances: Mapping[str, Array] = field(default_factory=dict)
-    links: tuple[Link, ...] = ()
-    views: tuple[View, ...] = field(default=(), repr=False)
+    def __post_init__(self) -> None:
+        checks.number("Verdict.score", self.score)  # infinite where there was nothing to measure
+        checks.number("Verdict.threshold", self.threshold)
+        checks.instance("Verdict.reason", self.reason, str)
+        checks.instance("Verdict.evidence", self.evidence, Mapping)
+        if self.confidence is not None:
+            checks.number("Verdict.confidence", self.confidence, 0.0, 1.0)
+        checks.keep(
+            self,
+            reliable=checks.truth("Verdict.reliable", self.reliable),
+            open_loop=checks.truth("Verdict.open_loop", self.open_loop),
+        )

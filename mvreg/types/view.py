@@ -11,11 +11,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mvreg.geometry.arrays import Array
+from mvreg.types import checks
 from mvreg.types.lazy import lazy
 from mvreg.types.scan import Scan
 
 if TYPE_CHECKING:
     from mvreg.kernels.tree import Tree
+
+#: The share of the descriptors that lie within their spread of the median.
+WITHIN_SPREAD = 0.75
 
 
 @dataclass(frozen=True)
@@ -29,6 +33,10 @@ class Scale:
     spacing: float
     resolution: float
 
+    def __post_init__(self) -> None:
+        checks.length("Scale.spacing", self.spacing)
+        checks.length("Scale.resolution", self.resolution)
+
 
 @dataclass(frozen=True, eq=False)
 class Sample:
@@ -37,24 +45,12 @@ class Sample:
     points: Array
     keypoints: Array
 
-
-#: So many descriptors at most are compared with each other, to estimate their spread.
-COMPARED = 250
-
-
-def typical_distance(descriptors: Array) -> float:
-    """Median distance between two of the rows (K, D); 1 where all are alike, or fewer than two.
-
-    All pairs are compared among at most `COMPARED` rows, evenly picked in lexicographic order, so
-    that the order of the rows does not matter and nothing is drawn at random.
-    """
-    rows = descriptors[np.lexsort(descriptors.T[::-1])] if len(descriptors) else descriptors
-    rows = rows[:: -(-len(rows) // COMPARED) or 1]
-    first, second = np.triu_indices(len(rows), 1)
-    distances = np.linalg.norm(rows[first] - rows[second], axis=1)
-    if not distances.any():
-        return 1.0
-    return float(np.median(distances) or distances.mean())
+    def __post_init__(self) -> None:
+        checks.keep(
+            self,
+            points=checks.floats("Sample.points", self.points, "N", 3),
+            keypoints=checks.floats("Sample.keypoints", self.keypoints, "K", 3),
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,8 +59,11 @@ class Features:
 
     `keypoints` (K, 3); `normals` (K, L, 3), unit, one per scale; `descriptors` (K, D), invariant
     under rigid motion; `oriented` is False where the normals' signs mean nothing.
-    `declared_spread` is the typical distance between the descriptors of two unlike keypoints, if
-    the stage that made them knows it from many scans; the same for all views of a run.
+
+    `spread` says how far apart descriptors of this kind lie, in their own unit: tolerances on
+    distances of descriptors are relative to it. A stage may declare it, as a constant measured on
+    many scans, common to all it describes; None leaves it to be estimated from the descriptors,
+    see `descriptor_spread`.
 
     The scales ascend, and the first, ``normals[:, 0]``, is the normal of a keypoint wherever one is
     needed: to turn registration points' normals to the same side, to merge a view into the model.
@@ -77,17 +76,57 @@ class Features:
     normals: Array
     descriptors: Array
     oriented: bool
-    declared_spread: float | None = None
+    spread: float | None = None
 
     @lazy
-    def spread(self) -> float:
-        """The unit that tolerances of descriptors are in: typically, unlike keypoints are 1 apart.
+    def descriptor_spread(self) -> float:
+        """`spread` as declared, or else `estimated_spread` of the descriptors (their unit)."""
+        return estimated_spread(self.descriptors) if self.spread is None else self.spread
 
-        As declared, else the median distance between two of these descriptors. Always positive.
-        """
-        if self.declared_spread is not None:
-            return self.declared_spread
-        return typical_distance(self.descriptors)
+
+def estimated_spread(descriptors: Array) -> float:
+    """Radius of the ball about the component-wise median that holds three quarters of the rows.
+
+    A robust measure, in the unit of the descriptors: it grows with them, does not depend on their
+    order, and a quarter of the rows may be anything.
+
+    Parameters
+    ----------
+    descriptors : (K, D) array
+
+    Returns
+    -------
+    float
+        0 where there are none, or where three quarters are all alike.
+    """
+    if not descriptors.size:
+        return 0.0
+    away = np.linalg.norm(descriptors - np.median(descriptors, axis=0), axis=1)
+    return float(np.quantile(away, WITHIN_SPREAD))
+
+
+def common_spread(first: Features, second: Features) -> float:
+    """What tolerances on distances between the descriptors of two views are relative to.
+
+    The root mean square of the two spreads, so that source and target may change places; exactly
+    the declared one where both declare the same. Infinite where both are zero: descriptors that
+    are all alike tell nothing apart, and exclude nothing.
+    """
+    own, other = first.descriptor_spread, second.descriptor_spread
+    if own == other:
+        return own or np.inf
+    return float(np.hypot(own, other) / np.sqrt(2))
+
+    def __post_init__(self) -> None:
+        keypoints = checks.floats("Features.keypoints", self.keypoints, "K", 3)
+        count = len(keypoints)
+        checks.keep(
+            self,
+            keypoints=keypoints,
+            normals=checks.unit("Features.normals", self.normals, count, "L", 3),
+            descriptors=checks.floats("Features.descriptors", self.descriptors, count, "D"),
+            oriented=checks.truth("Features.oriented", self.oriented),
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,6 +147,17 @@ class View:
     resolution: float
     scale: Scale
     scan: Scan | None = None
+
+    def __post_init__(self) -> None:
+        name = type(self).__name__
+        checks.text(f"{name}.name", self.name)
+        checks.instance(f"{name}.features", self.features, Features)
+        checks.instance(f"{name}.scale", self.scale, Scale)
+        checks.length(f"{name}.resolution", self.resolution)
+        points = checks.floats(f"{name}.points", self.points, "N", 3)
+        checks.instance(f"{name}.normals", self.normals, np.ndarray)
+        checks.check_shape(f"{name}.normals", self.normals, (len(points), 3))
+        checks.keep(self, points=points)
 
     @lazy
     def tree(self) -> Tree:
@@ -130,6 +180,10 @@ class Part:
 
     view: View
     T_model_scan: Array
+
+    def __post_init__(self) -> None:
+        checks.instance("Part.view", self.view, View)
+        checks.keep(self, T_model_scan=checks.pose("Part.T_model_scan", self.T_model_scan))
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,6 +12,7 @@ import numpy as np
 from mvreg.errors import InputError
 from mvreg.geometry import se3
 from mvreg.geometry.arrays import Array
+from mvreg.types import checks
 from mvreg.types.lazy import lazy
 from mvreg.types.records import Registration
 from mvreg.types.view import Model, View
@@ -44,6 +45,11 @@ class Edge:
     overlap: float = 0.0
     trimmed_mse: float = 0.0
     cost: float = 0.0
+
+    def __post_init__(self) -> None:
+        checks.number("Edge.overlap", self.overlap, 0.0, 1.0)
+        checks.length("Edge.trimmed_mse", self.trimmed_mse)
+        checks.keep(self, T_target_source=checks.pose("Edge.T_target_source", self.T_target_source))
 
     @classmethod
     def of(cls, registration: Registration, source: View, target: View) -> Edge:

@@ -10,10 +10,6 @@ import mvreg
 from mvreg.surface import Orient, estimate_normals, orient
 from mvreg.types import Array, Features, Scan
 
-#: Typical distance between the descriptors of unlike keypoints, the unit of tolerances: medians
-#: over the views of bunny, dragon, buddha, figurine and tiny are 0.50 to 0.60.
-SPREAD = 0.57
-
 
 @dataclass(frozen=True)
 class FpfhDescribe:
@@ -51,9 +47,7 @@ class FpfhDescribe:
         # Three histograms, each of which adds up to 200; those of a lonely point are empty.
         descriptors = np.asarray(fpfh).T[: len(keypoints)] / 200
         found = np.flatnonzero(descriptors.any(axis=1))
-        return Features(
-            keypoints[found], normals[found, None], descriptors[found], oriented, SPREAD
-        )
+        return Features(keypoints[found], normals[found, None], descriptors[found], oriented)
 
 
 def outwards(points: Array, normals: Array) -> Array:

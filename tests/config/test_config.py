@@ -180,7 +180,7 @@ def test_a_parameter_that_a_config_cannot_hold_is_refused_by_name(monkeypatch):
     class Holding:
         points: np.ndarray
 
-        def __call__(self): ...
+        def __call__(self, source, target, T_init): ...
 
     use(monkeypatch, fake=plugin_with({"refine/holding": Holding}))
     with pytest.raises(PluginError, match=r"'fake' \(dist-fake 0.3\).*refine/holding.*ndarray"):

@@ -147,49 +147,6 @@ class Coordinates(SpectrumDescribe):
         return replace(found, descriptors=np.tile(found.keypoints, 3))
 
 
-@bad("describe", "test_the_spread_is_in_the_unit_of_the_descriptors")
-@dataclass(frozen=True)
-class InAnotherUnit(SpectrumDescribe):
-    """Descriptors of another size than their declared spread."""
-
-    def __call__(self, scan, keypoints, spacing):
-        found = super().__call__(scan, keypoints, spacing)
-        return replace(found, descriptors=200 * found.descriptors)
-
-
-@bad("describe", UNIT)
-@dataclass(frozen=True)
-class SpreadsWithTheScan(SpectrumDescribe):
-    """Declares what is not the same for all scans."""
-
-    def __call__(self, scan, keypoints, spacing):
-        found = super().__call__(scan, keypoints, spacing)
-        return replace(found, declared_spread=float(np.abs(scan.points).max()))
-
-
-@bad("propagate", "test_the_unit_of_the_descriptors_does_not_matter")
-@dataclass(frozen=True)
-class AbsoluteTolerance(ConsensusPropagate):
-    """A tolerance in the unit of one descriptor."""
-
-    def __call__(self, source, target, seeds, rng):
-        source, target = (
-            replace(view, features=replace(view.features, declared_spread=0.2))
-            for view in (source, target)
-        )
-        return super().__call__(source, target, seeds, rng)
-
-
-@bad("augment", FORM)
-@dataclass(frozen=True)
-class ForgetsTheSpread(MergeAugment):
-    """The model's descriptors are in the unit that they were in."""
-
-    def __call__(self, model, source, registration):
-        found = super().__call__(model, source, registration)
-        return replace(found, features=replace(found.features, declared_spread=None))
-
-
 @bad("describe", "test_descriptors_are_invariant_and_normals_turn")
 @dataclass(frozen=True)
 class TowardsTheOrigin(SpectrumDescribe):

@@ -54,7 +54,7 @@ def test_a_registered_stage_knows_its_parts():
     class Bare:
         needed: int
 
-        def __call__(self): ...
+        def __call__(self, source, target): ...
 
     table = collected(one=plugin_with({"refine/half": Half, "seed/bare": Bare}))
     half, bare = table["refine/half"], table["seed/bare"]

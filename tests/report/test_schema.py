@@ -141,10 +141,9 @@ def test_an_old_report_is_shown_as_a_new_one(capsys):
 def test_an_old_configuration_runs_under_its_new_names():
     """Every renamed parameter is one of a stage now, and none was before."""
     from mvreg.config.renamed import PARAMETERS
-    from mvreg.pipeline import parameters_of
     from mvreg.plugins import manager
 
-    have = {f"{s.kind}.{p}" for s in manager.stages().values() for p in parameters_of(s.cls)}
+    have = {f"{s.kind}.{p}" for s in manager.stages().values() for p in s.parameters}
     assert set(PARAMETERS.values()) <= have
     assert not set(PARAMETERS) & have
 

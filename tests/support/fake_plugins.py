@@ -32,7 +32,7 @@ class Half:
         if self.share < 0:
             raise ValueError("negative")
 
-    def __call__(self) -> None: ...
+    def __call__(self, source, target, T_init): ...
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Needy:
 
     path: str
 
-    def __call__(self) -> None: ...
+    def __call__(self, *arguments): ...
 
 
 def plugin_with(table: object = None, path: object = None) -> SimpleNamespace:

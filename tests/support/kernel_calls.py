@@ -80,13 +80,14 @@ def cases():
         "descriptors.DescriptorTree.foreign": (found.foreign, (np.arange(5), 3, 0.1)),
         "rays.Rays": (rays.Rays, (points, None, 9 * up, 0.5)),
         "rays.Rays.nearby": (m["rays"].nearby, (points, 4)),
-        "evidence.look": (
-            evidence.look, (*sight, np.zeros(3), 4.0, motion, 0.5, 0.5, True, m["rays"], 4, 0.1),
+        "evidence.directed_evidence": (
+            evidence.directed_evidence,
+            (*sight, np.zeros(3), 4.0, motion, 0.5, 0.5, True, m["rays"], 4, 0.1),
         ),
         "evidence.may_overlap": (
             evidence.may_overlap, (up, 1.0, m["rays"], up, 1.0, m["rays"], motion, 0.5),
         ),
-        "overlap.touch": (overlap.touch, (*sight, motion, 0.5, 0.5)),
+        "overlap.contact_heights": (overlap.contact_heights, (*sight, motion, 0.5, 0.5)),
         "overlap.box": (overlap.box, (points, motion)),
         "hidden.hidden": (hidden.hidden, (points, m["normals"][:5], up, 0.2, 0.1)),
         "fit.fit": (fit.fit, (index, points, m["axes"], 8, 1e-3)),

@@ -62,8 +62,13 @@ def joined(first: Features, second: Features) -> Features:
         np.concatenate([first.normals, second.normals]),
         np.concatenate([first.descriptors, second.descriptors]),
         first.oriented and second.oriented,
-        first.declared_spread,
+        declared_by_both(first, second),
     )
+
+
+def declared_by_both(first: Features, second: Features) -> float | None:
+    """The spread of descriptors that both declare; None leaves it to be estimated from all."""
+    return first.spread if first.spread == second.spread else None
 
 
 @dataclass(frozen=True)
@@ -190,7 +195,8 @@ class MergeAugment:
             self.mode,
             oriented,
         )
-        features = Features(keypoints, facing, descriptors, oriented, own.declared_spread)
+        spread = declared_by_both(own, other)
+        features = Features(keypoints, facing, descriptors, oriented, spread)
         part = Part(source, registration.T_target_source)
         return grown(model, part, points, normals, features)
 

@@ -12,9 +12,11 @@ from mvreg.kernels.moments import moments
 from mvreg.surface.normals import Orient, orient
 from mvreg.types import Array, Features, Scan
 
-#: Spread of the descriptors: medians over the views of bunny, dragon, buddha, figurine and tiny are
-#: 0.13 to 0.24 and 0.20 to 0.30, by `experiments.calibration.descriptor_spread`.
-SPECTRUM_SPREAD, EIGENVALUES_SPREAD = 0.2, 0.28
+#: How far apart the descriptors of `SpectrumDescribe` lie, see `mvreg.types.estimated_spread`: 0.13
+#: to 0.23 on tiny, figurine, Bunny, Dragon and Buddha, the median 0.21, by
+#: ``python -m experiments.accuracy.descriptor_spread``. One constant, so that the tolerance of a
+#: match is the same for flat and for rugged scans.
+SPREAD = 0.2
 
 
 def neighbourhood_moments(
@@ -64,7 +66,7 @@ class SpectrumDescribe:
         spectrum = values[..., ::-1] / values.sum(axis=-1, keepdims=True)
         descriptors = np.diff(spectrum, axis=1).reshape(len(keypoints), 3 * (self.scales - 1))
         normals, oriented = orient(vectors[..., 0], keypoints, scan, self.orient)
-        return Features(keypoints, normals, descriptors, oriented, SPECTRUM_SPREAD)
+        return Features(keypoints, normals, descriptors, oriented, SPREAD)
 
 
 @dataclass(frozen=True)
@@ -122,4 +124,4 @@ class EigenvaluesDescribe:
         normals = vectors[:, self.normal_scale : self.normal_scale + 1, :, 0]
         normals, oriented = orient(normals, keypoints, scan, self.orient)
         descriptors = descriptors.reshape(len(keypoints), 3 * len(radii))  # -1 fails for none
-        return Features(keypoints, normals, descriptors, oriented, EIGENVALUES_SPREAD)
+        return Features(keypoints, normals, descriptors, oriented)

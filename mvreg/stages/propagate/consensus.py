@@ -16,7 +16,7 @@ from mvreg.kernels import propagate as kernels
 from mvreg.kernels import ransac
 from mvreg.parallel import in_threads, slices
 from mvreg.stages.propagate.match_sets import Spread
-from mvreg.types import Array, Candidates, Indices, Matches, View
+from mvreg.types import Array, Candidates, Indices, Matches, View, common_spread
 
 #: So many seeds are worth a thread's while.
 PART = 8
@@ -58,8 +58,8 @@ class ConsensusPropagate:
     angle_tolerance : float
         Difference of the angles to the seed's normals, in degrees, at every scale.
     descriptor_tolerance : float
-        Largest distance of the descriptors, in units of their spread (`Features.spread`): the mean
-        of the two views', so that it holds for every `describe`.
+        Largest distance of the descriptors, in units of their spread, see
+        `mvreg.types.common_spread`.
     spread_over : int
         A seed spreads over so many keypoints of the target at least, and twice as many at most;
         evenly thinned, if there are more, as in a model of many scans.
@@ -131,11 +131,11 @@ class ConsensusPropagate:
         own, other = shape(source), shape(target)
         step = max(1, len(target.features.keypoints) // self.spread_over)
         oriented = source.features.oriented and target.features.oriented
-        unit = (source.features.spread + target.features.spread) / 2
+        alike = self.descriptor_tolerance * common_spread(source.features, target.features)
         parts = in_threads(
             lambda part: kernels.spread(
                 own, other, seeds[part], oriented, self.distance_tolerance * source.scale.spacing,
-                np.deg2rad(self.angle_tolerance), self.descriptor_tolerance * unit, step,
+                np.deg2rad(self.angle_tolerance), alike, step,
             ),
             slices(len(seeds), PART),
         )  # fmt: skip

@@ -105,7 +105,7 @@ def test_who_says_nothing_has_an_estimate_or_no_say():
 
 def test_a_surface_without_a_mean_normal_has_no_direction():
     ring = np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]])
-    view = replace(wall(None), points=ring, normals=np.zeros((4, 3)))
+    view = replace(wall(None), points=ring, normals=ring)
     assert estimated_direction(view) is None
 
 

@@ -147,7 +147,9 @@ def test_outliers_do_not_pull() -> None:
     for view in blob_views(3):
         box = view.points.min(axis=0), view.points.max(axis=0)
         strewn = rng.uniform(*box, size=(len(view.points) // 5, 3))
-        views.append(replace(view, points=np.concatenate([view.points, strewn])))
+        normals = np.resize(view.normals, (len(view.points) + len(strewn), 3))
+        points = np.concatenate([view.points, strewn])
+        views.append(replace(view, points=points, normals=normals))
     assert off(JointMixture()(begin, views, pipeline())) < 0.6
 
 

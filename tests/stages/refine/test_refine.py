@@ -108,7 +108,9 @@ def test_the_overlap_is_found():
     near = TrimmedICP()(pair.source, pair.target, pair.T_target_source)
     assert 0.65 < near.overlap < 0.9
     half = pair.target.points[:, 2] < np.median(pair.target.points[:, 2])
-    part = replace(pair.target, points=pair.target.points[half])
+    part = replace(
+        pair.target, points=pair.target.points[half], normals=pair.target.normals[half]
+    )
     cut = TrimmedICP(min_overlap=0.1)(pair.source, part, pair.T_target_source)
     assert cut.overlap < near.overlap - 0.1
     assert len(views) == 3
@@ -141,7 +143,9 @@ def test_the_fractional_rmsd_is_least_of_all_subsets(rng, size, exponent):
     """FRMSD as its authors write it, over every subset, against what the stage reports."""
     pair = overlap()
     chosen = rng.choice(len(pair.source.points), size, replace=False)
-    few = replace(pair.source, points=pair.source.points[chosen])
+    few = replace(
+        pair.source, points=pair.source.points[chosen], normals=pair.source.normals[chosen]
+    )
     begin = pair.T_target_source @ nudge(pair.source, 4 * rng.random(), 3)
     stage = FractionalICP(exponent=exponent, min_overlap=0.01, max_iterations=0)
     found = stage(few, pair.target, begin)

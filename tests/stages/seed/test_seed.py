@@ -16,7 +16,8 @@ rngs = st.integers(0, 2**32 - 1).map(np.random.default_rng)
 def view_with(descriptors):
     """A view whose keypoints have these descriptors (K, D)."""
     view, count = overlap().source, len(descriptors)
-    features = Features(np.zeros((count, 3)), np.zeros((count, 1, 3)), descriptors, True)
+    up = np.tile([0.0, 0.0, 1.0], (count, 1, 1))
+    features = Features(np.zeros((count, 3)), up, descriptors, True)
     return replace(view, features=features)
 
 

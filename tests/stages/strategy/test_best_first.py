@@ -83,7 +83,9 @@ def test_scans_without_keypoints_score_nothing():
     assert found[0, 2] > 0
     empty = [replace(view, features=bare) for view in views]
     assert not overlap_scores(empty, RADII, 5).any()
-    lonely = [replace(view, points=view.points[:3] + 1e6) for view in views]
+    lonely = [
+        replace(view, points=view.points[:3] + 1e6, normals=view.normals[:3]) for view in views
+    ]
     assert not overlap_scores(lonely, RADII, 5).any(), "keypoints far from all points have no shape"
 
 

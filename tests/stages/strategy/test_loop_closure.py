@@ -9,7 +9,7 @@ from mvreg import events
 from mvreg.geometry import se3
 from mvreg.stages.judge.evidence import EvidenceJudge
 from mvreg.stages.refine.trimmed import TrimmedICP
-from mvreg.stages.strategy.best_first import joint_verdict, strategy
+from mvreg.stages.strategy.best_first import strategy
 from mvreg.stages.strategy.best_first.loop_closure import CERTAIN
 from mvreg.stages.strategy.best_first.strategy import BestFirst
 from mvreg.testing import blob_scans, blob_views, pipeline
@@ -57,7 +57,7 @@ class Gullible(EvidenceJudge):
     confidence: float = 0.96
 
     def __call__(self, registration, source, target, graph):
-        open_loop = not self.closes(registration, source, target, graph)
+        open_loop = not self.closes_loops(registration, source, target, graph)
         LOOPS.append(graph.loop(source, target) is not None)
         why = "the loop does not close" if open_loop else "believed"
         return Verdict(not open_loop, 0.0, 1.0, why, self.confidence, {}, open_loop)

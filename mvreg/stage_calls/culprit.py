@@ -1,0 +1,95 @@
+"""Which stage of which distribution is at fault, in one message."""
+
+from __future__ import annotations
+
+import inspect
+import traceback
+from pathlib import Path
+from typing import Any
+
+from mvreg.contracts import KINDS, JointJudge, ScreeningJudge
+from mvreg.errors import MvregError, StageError
+from mvreg.plugins import manager
+from mvreg.plugins.registry import Registered
+
+#: What is not a stage's code, though a stage calls it: observers and those who wait for events.
+OBSERVERS = ("mvreg.observers", "mvreg.cli")
+CONTRACTS: dict[str, type] = {
+    "rejected_early": ScreeningJudge,
+    "together": JointJudge,
+}
+
+
+def stage_error(kind: str, method: str, culprit: Any, what: str | Exception) -> StageError:
+    """The error to raise: the stage, what was expected of it, what came, and what to do.
+
+    Parameters
+    ----------
+    kind, method : str
+        What was called: ``"refine"``, ``"__call__"``.
+    culprit : type or callable
+        The stage's class, or the stage where it is a function.
+    what : str or Exception
+        What came, beginning with "got"; or what the stage raised.
+    """
+    entry = registered(kind, culprit)
+    name = getattr(culprit, "__qualname__", type(culprit).__qualname__)
+    if entry is None:
+        stage, whose = f"{kind} stage", "not registered by any plugin"
+        advice = "mend it, or use another stage"
+    else:
+        stage, whose = f"{kind}={entry.name}", f"plugin {entry.plugin!r}, {entry.origin}"
+        advice = f"tell who maintains {entry.origin}, or choose another: {options(kind)}"
+    came = what if isinstance(what, str) else raised(what, culprit)
+    wanted = signature(kind, method)
+    return StageError(f"{stage} ({name}, {whose}): expected {wanted}; {came}; {advice}", stage)
+
+
+def registered(kind: str, culprit: Any) -> Registered | None:
+    """The entry of a stage in the table of stages; None if no plugin has registered it."""
+    try:
+        table = manager.stages()
+    except MvregError:  # another plugin is broken: no reason to hide what this one did
+        return None
+    found = [entry for entry in table.values() if entry.cls is culprit]
+    return next((entry for entry in found if entry.kind == kind), found[0] if found else None)
+
+
+def options(kind: str) -> str:
+    """The other stages of a kind that there are, for messages."""
+    names = [entry.name for entry in manager.stages().values() if entry.kind == kind]
+    return f"{kind}={'|'.join(names)}"
+
+
+def signature(kind: str, method: str) -> str:
+    """What a contract asks for: ``__call__(source, target) -> Matches``, and its first words."""
+    function = getattr(CONTRACTS.get(method, KINDS[kind]), method)
+    asked = inspect.signature(function)
+    names = ", ".join(name for name in asked.parameters if name != "self")
+    words = " ".join((inspect.getdoc(function) or "").split("\n\n")[0].split()).rstrip(".")
+    return f"{method}({names}) -> {asked.return_annotation}: {words[:1].lower()}{words[1:]}"
+
+
+def raised(error: Exception, culprit: Any) -> str:
+    """What a stage raised, and where: in the stage's own file if the error came through it."""
+    frames = traceback.extract_tb(error.__traceback__)
+    here = str(Path(__file__).parent)
+    frames = [frame for frame in frames if not frame.filename.startswith(here)]
+    try:
+        own = inspect.getsourcefile(culprit)
+    except TypeError:  # neither a class nor a function
+        own = None
+    chosen = [frame for frame in frames if frame.filename == own] or frames
+    where = f" at {chosen[-1].filename}:{chosen[-1].lineno}" if chosen else f" calling {own}"
+    text = " ".join(str(error).split())
+    return f"got {type(error).__name__}: {text}{where}"
+
+
+def is_observers(error: Exception) -> bool:
+    """Whether an error comes from what listens to the run, which a stage's events go to."""
+    step = error.__traceback__
+    while step is not None:
+        if str(step.tb_frame.f_globals.get("__name__", "")).startswith(OBSERVERS):
+            return True
+        step = step.tb_next
+    return False

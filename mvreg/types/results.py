@@ -1,0 +1,111 @@
+"""What a run hands over: the record of every attempt, and every pose that was found.
+
+Public as part of `mvreg.types`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mvreg.errors import RecordError
+from mvreg.geometry.arrays import Array
+from mvreg.types import checks
+from mvreg.types.records import Verdict
+from mvreg.types.view import Model, View
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """The record of one attempted pair-wise registration; a row of ``pairs.csv``.
+
+    `T_target_source`, `overlap` and `trimmed_mse` are None where there was no candidate;
+    `seconds` maps a stage's kind to the time that it took.
+    """
+
+    source: str
+    target: str
+    verdict: Verdict
+    T_target_source: Array | None = None
+    overlap: float | None = None
+    trimmed_mse: float | None = None
+    seconds: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        checks.text("Pair.source", self.source)
+        checks.text("Pair.target", self.target)
+        checks.instance("Pair.verdict", self.verdict, Verdict)
+        if self.T_target_source is not None:
+            T_target_source = checks.pose("Pair.T_target_source", self.T_target_source)
+            checks.keep(self, T_target_source=T_target_source)
+        if self.overlap is not None:
+            checks.number("Pair.overlap", self.overlap, 0.0, 1.0)
+        if self.trimmed_mse is not None:
+            checks.length("Pair.trimmed_mse", self.trimmed_mse)
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    """Two placed scans that overlap, under the poses of a result.
+
+    `points` of the source lie on the target's surface, at a root mean square point-to-plane
+    distance of `rms` (length).
+    """
+
+    source: str
+    target: str
+    points: int
+    rms: float
+
+    def __post_init__(self) -> None:
+        checks.text("Link.source", self.source)
+        checks.text("Link.target", self.target)
+        checks.length("Link.points", self.points)
+        checks.length("Link.rms", self.rms)
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """Every pose that was found.
+
+    `poses` maps names to ``T_model_scan`` (4, 4), the identity for `reference`. `components` are
+    the other partial models, which nothing reliable joins to the reference's: each maps names to
+    poses in a frame of its own, that of its first scan. `unregistered` names the scans in neither.
+    `pairs` has every attempt, in order; `model` is the merged view where the strategy keeps one.
+    An `adjust` stage may add the `covariances` (6, 6) of the poses, of small motions
+    ``exp(twist) @ T_model_scan``, three of rotation (radians) and three of translation (length),
+    and the `links` that it rests on. `views` are the scans as they were prepared, in the order in
+    which they were given; `mvreg.register` fills them in, strategies leave them empty.
+    """
+
+    reference: str
+    poses: Mapping[str, Array]
+    unregistered: tuple[str, ...]
+    pairs: tuple[Pair, ...]
+    model: Model | None = None
+    components: tuple[Mapping[str, Array], ...] = ()
+    covariances: Mapping[str, Array] = field(default_factory=dict)
+    links: tuple[Link, ...] = ()
+    views: tuple[View, ...] = field(default=(), repr=False)
+
+    def __post_init__(self) -> None:
+        checks.text("Result.reference", self.reference)
+        poses = checks.named_poses("Result.poses", self.poses)
+        if self.reference not in poses:
+            raise RecordError(
+                f"Result.poses: expected a pose of the reference {self.reference!r}, "
+                f"got poses of {', '.join(map(repr, poses)) or 'nothing'}"
+            )
+        for name in ("unregistered", "pairs", "components", "links", "views"):
+            checks.instance(f"Result.{name}", getattr(self, name), tuple)
+        components = tuple(
+            checks.named_poses(f"Result.components[{index}]", one)
+            for index, one in enumerate(self.components)
+        )
+        if any(new is not old for new, old in zip(components, self.components, strict=True)):
+            checks.keep(self, components=components)
+        checks.keep(self, poses=poses)
+        for name, covariance in self.covariances.items():
+            checks.check_shape(f"Result.covariances[{name!r}]", np.asarray(covariance), (6, 6))
