@@ -78,6 +78,19 @@ class Features:
     oriented: bool
     spread: float | None = None
 
+    def __post_init__(self) -> None:
+        keypoints = checks.floats("Features.keypoints", self.keypoints, "K", 3)
+        count = len(keypoints)
+        if self.spread is not None:
+            checks.length("Features.spread", self.spread)
+        checks.keep(
+            self,
+            keypoints=keypoints,
+            normals=checks.unit("Features.normals", self.normals, count, "L", 3),
+            descriptors=checks.floats("Features.descriptors", self.descriptors, count, "D"),
+            oriented=checks.truth("Features.oriented", self.oriented),
+        )
+
     @lazy
     def descriptor_spread(self) -> float:
         """`spread` as declared, or else `estimated_spread` of the descriptors (their unit)."""
@@ -116,17 +129,6 @@ def common_spread(first: Features, second: Features) -> float:
     if own == other:
         return own or np.inf
     return float(np.hypot(own, other) / np.sqrt(2))
-
-    def __post_init__(self) -> None:
-        keypoints = checks.floats("Features.keypoints", self.keypoints, "K", 3)
-        count = len(keypoints)
-        checks.keep(
-            self,
-            keypoints=keypoints,
-            normals=checks.unit("Features.normals", self.normals, count, "L", 3),
-            descriptors=checks.floats("Features.descriptors", self.descriptors, count, "D"),
-            oriented=checks.truth("Features.oriented", self.oriented),
-        )
 
 
 @dataclass(frozen=True, eq=False)
