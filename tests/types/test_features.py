@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import mvreg
+from mvreg.errors import RecordError
 from mvreg.evaluation.pose_errors import pose_errors
 from mvreg.stages.augment.merge import ConcatAugment, MergeAugment
 from mvreg.stages.describe.spectrum import SPREAD
@@ -98,3 +99,22 @@ def test_other_descriptors_place_what_the_papers_does(describe):
     errors = pose_errors(result.poses, scans.poses, result.reference)
     assert len(result.poses) == 6
     assert errors.max.angle < 1
+
+
+@pytest.mark.parametrize(
+    ("field", "wrong"),
+    [
+        ("keypoints", np.zeros((3, 2))),
+        ("normals", np.zeros((3, 1, 3))),
+        ("normals", np.tile([0.0, 0, 1], (2, 1, 1))),
+        ("descriptors", np.full((3, 2), np.nan)),
+        ("descriptors", np.zeros((2, 2))),
+        ("oriented", "yes"),
+        ("spread", -0.2),
+        ("spread", np.inf),
+    ],
+)
+def test_features_that_cannot_be_are_refused(field, wrong):
+    good = features(np.zeros((3, 2)), 0.2)
+    with pytest.raises(RecordError, match=rf"^Features\.{field}: expected"):
+        replace(good, **{field: wrong})

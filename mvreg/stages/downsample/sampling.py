@@ -8,12 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from mvreg.errors import check_positive
-from mvreg.stages.downsample.voxels import spacing_for_ratio, voxel_centroids
+from mvreg.stages.downsample.voxels import spacing_for_ratio, step_that_leaves, voxel_centroids
 from mvreg.surface.spacing import raw_resolution
 from mvreg.types import Sample, Scan
 
 #: Keypoints any denser, one in so many points, would have too few neighbours to describe them.
 DENSEST = 12.0
+
+
+def median_size(scans: Sequence[Scan]) -> float:
+    """How many points the median scan has."""
+    return float(np.median([len(scan.points) for scan in scans]))
 
 
 @dataclass(frozen=True)
@@ -51,7 +56,7 @@ class PaperDownsample:
     def __call__(
         self, scans: Sequence[Scan], rng: np.random.Generator
     ) -> tuple[list[Sample], float]:
-        size = float(np.median([len(scan.points) for scan in scans]))
+        size = median_size(scans)
         stride = min(self.stride, max(1, int(size / self.min_points)))
         ratio = min(self.keypoint_ratio, max(DENSEST, size / self.min_keypoints))
         spacing = spacing_for_ratio(scans, ratio)
@@ -68,21 +73,33 @@ class StrideDownsample:
     ----------
     stride, keypoint_stride : int
         As in the paper, 10 and 100.
+    min_points, min_keypoints : int
+        The strides are shorter where the median scan would keep fewer, as in `PaperDownsample`.
     """
 
     stride: int = 10
     keypoint_stride: int = 100
+    min_points: int = 3000
+    min_keypoints: int = 300
 
     def __post_init__(self) -> None:
-        check_positive("downsample", stride=self.stride, keypoint_stride=self.keypoint_stride)
+        check_positive(
+            "downsample",
+            stride=self.stride,
+            keypoint_stride=self.keypoint_stride,
+            min_points=self.min_points,
+            min_keypoints=self.min_keypoints,
+        )
 
     def __call__(
         self, scans: Sequence[Scan], rng: np.random.Generator
     ) -> tuple[list[Sample], float]:
+        size = median_size(scans)
+        stride = min(self.stride, max(1, int(size / self.min_points)))
+        ratio = min(self.keypoint_stride, max(int(DENSEST), int(size / self.min_keypoints)))
         return [
-            Sample(scan.points[:: self.stride], scan.points[:: self.keypoint_stride])
-            for scan in scans
-        ], spacing_for_ratio(scans, self.keypoint_stride)
+            Sample(scan.points[::stride], scan.points[::ratio]) for scan in scans
+        ], spacing_for_ratio(scans, ratio)
 
 
 @dataclass(frozen=True)
@@ -97,23 +114,35 @@ class VoxelDownsample:
     step, keypoint_step : float
         Grid steps in units of the median over the scans of the mean nearest-neighbour distance.
         The defaults leave about one point in 10 and in 100 of the Stanford scans.
+    min_points, min_keypoints : int
+        The steps are shorter where the median scan would keep fewer; it keeps at most one keypoint
+        in 12 points for that.
     """
 
     step: float = 5.0
     keypoint_step: float = 18.0
+    min_points: int = 3000
+    min_keypoints: int = 300
 
     def __post_init__(self) -> None:
-        check_positive("downsample", step=self.step, keypoint_step=self.keypoint_step)
+        check_positive(
+            "downsample",
+            step=self.step,
+            keypoint_step=self.keypoint_step,
+            min_points=self.min_points,
+            min_keypoints=self.min_keypoints,
+        )
 
     def __call__(
         self, scans: Sequence[Scan], rng: np.random.Generator
     ) -> tuple[list[Sample], float]:
         resolution = raw_resolution(scans) or 1.0
-        spacing = self.keypoint_step * resolution
+        size = median_size(scans)
+        step = step_that_leaves(scans, self.step * resolution, min(self.min_points, size))
+        spacing = step_that_leaves(
+            scans, self.keypoint_step * resolution, min(self.min_keypoints, size / DENSEST)
+        )
         return [
-            Sample(
-                voxel_centroids(scan.points, self.step * resolution),
-                voxel_centroids(scan.points, spacing),
-            )
+            Sample(voxel_centroids(scan.points, step), voxel_centroids(scan.points, spacing))
             for scan in scans
         ], spacing

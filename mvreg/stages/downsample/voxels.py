@@ -41,14 +41,24 @@ def spacing_for_ratio(scans: Sequence[Scan], ratio: float) -> float:
     )
 
 
-def step_for_count(scans: Sequence[Scan], wanted: float) -> float:
-    """The grid step that leaves `wanted` surface cells in the median scan (length)."""
+def step_for_count(
+    scans: Sequence[Scan],
+    wanted: float,
+    centroids: Callable[[Array, float], Array] = surface_centroids,
+) -> float:
+    """The grid step that leaves `wanted` cells, of the surface, in the median scan (length)."""
     size = float(np.median([len(scan.points) for scan in scans]))
     return _step(
         scans,
         size / wanted,
-        lambda step: float(np.median(_each(scans, surface_centroids, step))) / wanted,
+        lambda step: float(np.median(_each(scans, centroids, step))) / wanted,
     )
+
+
+def step_that_leaves(scans: Sequence[Scan], step: float, least: float) -> float:
+    """A grid step (length): `step`, less where the median scan would have fewer cells than that."""
+    enough = np.median(_each(scans, voxel_centroids, step)) >= least
+    return step if enough else min(step, step_for_count(scans, least, voxel_centroids))
 
 
 def _each(

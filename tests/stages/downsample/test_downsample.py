@@ -83,7 +83,7 @@ def test_all_scans_share_one_grid_step(rng):
 
 def test_strides_are_strides(rng):
     scan = Scan("s", rng.normal(size=(1005, 3)))
-    (sample,), spacing = StrideDownsample(stride=7, keypoint_stride=50)([scan], rng)
+    (sample,), spacing = StrideDownsample(7, 50, min_points=1, min_keypoints=1)([scan], rng)
     np.testing.assert_array_equal(sample.points, scan.points[::7])
     np.testing.assert_array_equal(sample.keypoints, scan.points[::50])
     assert spacing == spacing_for_ratio([scan], 50)
@@ -92,7 +92,8 @@ def test_strides_are_strides(rng):
 def test_voxels_are_in_units_of_the_resolution(rng):
     scans = blob_scans(3).scans
     resolution = raw_resolution(scans)
-    samples, spacing = VoxelDownsample(step=3.0, keypoint_step=6.0)(scans, rng)
+    stage = VoxelDownsample(step=3.0, keypoint_step=6.0, min_points=1, min_keypoints=1)
+    samples, spacing = stage(scans, rng)
     assert spacing == pytest.approx(6 * resolution)
     for scan, sample in zip(scans, samples, strict=True):
         np.testing.assert_array_equal(sample.points, voxel_centroids(scan.points, 3 * resolution))
@@ -109,6 +110,8 @@ def test_voxels_are_in_units_of_the_resolution(rng):
         (StrideDownsample, {"keypoint_stride": 0}),
         (VoxelDownsample, {"step": 0.0}),
         (VoxelDownsample, {"keypoint_step": -1.0}),
+        (StrideDownsample, {"min_points": 0}),
+        (VoxelDownsample, {"min_keypoints": -1}),
     ],
 )
 def test_what_is_not_positive_is_refused_by_name(stage, parameters):
@@ -117,11 +120,31 @@ def test_what_is_not_positive_is_refused_by_name(stage, parameters):
         stage(**parameters)
 
 
-def test_small_scans_are_thinned_out_less(rng):
-    scans = [Scan(f"{i}", rng.normal(size=(6000, 3))) for i in range(3)]
-    samples, _ = PaperDownsample()(scans, rng)
-    assert [len(sample.points) for sample in samples] == [3000] * 3
+@pytest.mark.parametrize("stage", [PaperDownsample(), StrideDownsample(), VoxelDownsample()])
+def test_small_scans_are_thinned_out_less(rng, stage):
+    scans = [rough(6000, number) for number in range(3)]
+    samples, _ = stage(scans, rng)
+    assert np.mean([len(sample.points) for sample in samples]) == pytest.approx(3000, rel=0.05)
     assert np.mean([len(sample.keypoints) for sample in samples]) == pytest.approx(300, rel=0.1)
+
+
+@pytest.mark.parametrize("stage", [PaperDownsample(), StrideDownsample(), VoxelDownsample()])
+def test_keypoints_of_the_smallest_scans_have_points_around_them(rng, stage):
+    samples, _ = stage([rough(600, number) for number in range(3)], rng)
+    for sample in samples:
+        assert len(sample.points) > 0.9 * 600
+        assert len(sample.keypoints) == pytest.approx(50, rel=0.1)
+
+
+@pytest.mark.parametrize("stage", [StrideDownsample, VoxelDownsample])
+def test_large_scans_are_thinned_out_as_told(rng, stage):
+    scans = [rough(40_000, number) for number in range(2)]
+    found, spacing = stage()(scans, rng)
+    told, expected = stage(min_points=1, min_keypoints=1)(scans, rng)
+    assert spacing == expected
+    for mine, yours in zip(found, told, strict=True):
+        np.testing.assert_array_equal(mine.points, yours.points)
+        np.testing.assert_array_equal(mine.keypoints, yours.keypoints)
 
 
 def rough(count, number=0):
