@@ -39,7 +39,7 @@ def stage_error(kind: str, method: str, culprit: Any, what: str | Exception) -> 
         advice = "mend it, or use another stage"
     else:
         stage, whose = f"{kind}={entry.name}", f"plugin {entry.plugin!r}, {entry.origin}"
-        advice = f"tell who maintains {entry.origin}, or choose another: {options(kind)}"
+        advice = f"tell who maintains {entry.origin}, or choose another: {others(entry)}"
     came = what if isinstance(what, str) else raised(what, culprit)
     wanted = signature(kind, method)
     return StageError(f"{stage} ({name}, {whose}): expected {wanted}; {came}; {advice}", stage)
@@ -55,10 +55,11 @@ def registered(kind: str, culprit: Any) -> Registered | None:
     return next((entry for entry in found if entry.kind == kind), found[0] if found else None)
 
 
-def options(kind: str) -> str:
-    """The other stages of a kind that there are, for messages."""
-    names = [entry.name for entry in manager.stages().values() if entry.kind == kind]
-    return f"{kind}={'|'.join(names)}"
+def others(entry: Registered) -> str:
+    """The other stages of the kind that there are, for messages."""
+    table = manager.stages().values()
+    names = [each.name for each in table if each.kind == entry.kind and each is not entry]
+    return f"{entry.kind}={'|'.join(names)}"
 
 
 def signature(kind: str, method: str) -> str:

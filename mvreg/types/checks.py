@@ -143,9 +143,13 @@ def named_poses(name: str, values: Any) -> Mapping[str, Array]:
 
 def unit(name: str, values: Any, *shape: int | str) -> Array:
     """Unit vectors along the last axis, as an array of a shape."""
-    array = floats(name, values, *shape)
+    array: Array = values
+    if type(values) is not np.ndarray or values.dtype != FLOAT:
+        array = floats(name, values, *shape)
+    check_shape(name, array, shape)
     squares = np.einsum("...i,...i->...", array, array)
-    if squares.size and (squares.max() > 1 + 2 * RIGID or squares.min() < 1 - 2 * RIGID):
+    if squares.size and not (squares.max() <= 1 + 2 * RIGID and squares.min() >= 1 - 2 * RIGID):
+        floats(name, array, *shape)  # NaN is neither more nor less
         at = np.unravel_index(np.abs(squares - 1).argmax(), squares.shape)
         where, length = tuple(map(int, at)), float(np.sqrt(squares[at]))
         raise RecordError(f"{name}: expected unit vectors, got one of length {length:g} at {where}")

@@ -6,10 +6,17 @@ from dataclasses import dataclass
 import pytest
 from fake_plugins import install, mvreg, plugin_with, use
 
+import mvreg as library
+from mvreg.cli.job import run_job
+from mvreg.config.compose import compose
 from mvreg.contracts import KINDS
-from mvreg.errors import PluginError
+from mvreg.errors import MvregError, PluginError, StageError
+from mvreg.events import PairRegistered
+from mvreg.observers.recorder import Recorder
 from mvreg.plugins.registry import register_all
+from mvreg.stage_calls import checked
 from mvreg.stages import PointToPlaneJudge
+from mvreg.types import ScanSet
 
 SOURCE = """
 from dataclasses import dataclass, replace
@@ -61,6 +68,52 @@ def test_on_the_command_line_it_is_one_message_and_exit_code_1(words, said, tmp_
     assert "Traceback" not in done.stderr
     assert "debug=true" in last
     assert not list(tmp_path.rglob("result.json"))
+
+
+@pytest.mark.parametrize(
+    ("act", "said"),
+    [
+        (None, "expected __call__(rng) -> ScanSet: load the scans; .*; got None; tell who"),
+        (ZeroDivisionError("by zero"), "got ZeroDivisionError: by zero at .*test_bad_plugins.py:"),
+        (ScanSet("s", (3,)), "got a ScanSet whose scans contain int 3; tell who"),
+    ],
+    ids=str,
+)
+def test_a_data_set_is_checked_too(act, said, monkeypatch):
+    @dataclass(frozen=True)
+    class Source:
+        def __call__(self, rng):
+            if isinstance(act, Exception):
+                raise act
+            return act
+
+    use(monkeypatch, fake=plugin_with({"dataset/odd": Source}))
+    with pytest.raises(StageError, match=said.replace("(rng)", r"\(rng\)")) as caught:
+        library.dataset("odd")
+    assert str(caught.value).startswith("dataset=odd (")
+    assert "plugin 'fake', dist-fake 0.3" in str(caught.value)
+
+
+def test_files_that_cannot_be_read_or_written_are_no_stage_s_fault(monkeypatch, tmp_path):
+    """A data set that finds no file; a result that cannot be written while a strategy runs."""
+
+    @dataclass(frozen=True)
+    class Source:
+        def __call__(self, rng):
+            raise FileNotFoundError(2, "No such file", "there")
+
+    with pytest.raises(FileNotFoundError):
+        checked("dataset", Source())(None)
+
+    def full(self, event):
+        if isinstance(event, PairRegistered):
+            raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Recorder, "mvreg_event", full)
+    config = compose(["dataset=tiny", "+method=fcpma"])
+    with pytest.raises(OSError, match="No space left") as caught:
+        run_job(config, tmp_path)
+    assert not isinstance(caught.value, MvregError)
 
 
 WRONG_CALLS = {

@@ -193,3 +193,5 @@ def test_a_registered_stage_is_named_with_its_distribution(method, monkeypatch):
     said = message(method, "refine", Bad(NAN))
     assert said.startswith("refine=bad (Bad, plugin 'fake', dist-fake 0.3): expected __call__(")
     assert "tell who maintains dist-fake 0.3, or choose another: refine=" in said
+    options = said.rpartition("refine=")[2].split("|")
+    assert "tricp" in options and "bad" not in options
