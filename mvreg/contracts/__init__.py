@@ -2,7 +2,9 @@
 
 Stages are pure: no globals, no logging, no printing, and randomness only through `rng`. "No
 candidate" is an empty `Candidates`, "found but doubtful" a `Verdict`; exceptions are for wrong
-input. `mvreg.testing` has a contract suite for each kind.
+input. `mvreg.testing` has a contract suite for each kind. Records check themselves when they are
+made, and a run checks every answer against what was asked: a stage that raises anything but an
+`MvregError`, or answers what cannot be, ends the run with a `StageError` that names it.
 
 What holds for all of them:
 
