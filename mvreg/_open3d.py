@@ -7,13 +7,20 @@ import sys
 import warnings
 from types import ModuleType
 
+from mvreg import tbb
 from mvreg.errors import MvregError
+from mvreg.parallel import threads
 
+#: Open3D, once its threads are limited.
+_LIMITED: list[ModuleType] = []
 _LIBUSB = "libusb-1.0.so.0"
 
 
 def load_open3d() -> ModuleType:
     """Import Open3D, which takes about a second, and return the module.
+
+    It uses as many threads as mvreg does, see `mvreg.parallel.threads`; by itself it would take
+    every core, since it is built on oneTBB, which does not go by OMP_NUM_THREADS.
 
     Open3D's Linux wheels are linked against libusb-1.0, which a bare Debian lacks and only root
     can install. Where the system has none, the copy in the package ``libusb_package`` is loaded
@@ -37,6 +44,9 @@ def load_open3d() -> ModuleType:
             "(on Linux also the system's libusb-1.0, libgl1 and libgomp1 where they are missing)"
         ) from error
     module: ModuleType = open3d
+    if not _LIMITED:
+        tbb.limit(module, threads())
+        _LIMITED.append(module)
     return module
 
 

@@ -26,8 +26,8 @@ INSIDE = local()
 def threads() -> int:
     """How many threads to use: what OMP_NUM_THREADS says, else one for each core.
 
-    Open3D and NumPy go by that variable too; and joblib, Hydra's launcher for parallel jobs, sets
-    it in its processes, so that jobs side by side share the cores.
+    NumPy goes by that variable too, and Open3D is told to (`mvreg.load_open3d`); joblib, Hydra's
+    launcher for parallel jobs, sets it in its processes, so that jobs side by side share the cores.
     """
     wanted = os.environ.get("OMP_NUM_THREADS", "").partition(",")[0].strip()
     return int(wanted) if wanted.isdecimal() and int(wanted) > 0 else _cores()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -29,14 +29,14 @@ from mvreg.types.checks import integers, shown, unit
 IDENTITY = np.eye(4)
 
 
-class Nonsense(Exception):
+class NonsenseError(Exception):
     """What came instead of an answer, in words that follow "got"."""
 
 
 def _is(answer: Any, cls: type) -> None:
     """Refuse an answer of another type."""
     if not isinstance(answer, cls):
-        raise Nonsense(shown(answer))
+        raise NonsenseError(shown(answer))
 
 
 def _within(what: str, pairs: Indices, source: int, target: int, of: str) -> None:
@@ -45,7 +45,7 @@ def _within(what: str, pairs: Indices, source: int, target: int, of: str) -> Non
         return
     for column, size, side in ((0, source, "source"), (1, target, "target")):
         if (largest := pairs[:, column].max()) >= size:
-            raise Nonsense(f"{what} with position {largest}, where the {side} has {size} {of}")
+            raise NonsenseError(f"{what} with position {largest}, where the {side} has {size} {of}")
 
 
 def dataset(answer: Any, *_: Any) -> None:
@@ -53,27 +53,27 @@ def dataset(answer: Any, *_: Any) -> None:
     _is(answer, ScanSet)
     for scan in answer.scans:
         if not isinstance(scan, Scan):
-            raise Nonsense(f"a ScanSet whose scans contain {shown(scan)}")
+            raise NonsenseError(f"a ScanSet whose scans contain {shown(scan)}")
 
 
 def downsample(answer: Any, scans: Sequence[Scan], *_: Any) -> None:
     """One sample per scan, and the spacing."""
     if not isinstance(answer, tuple) or len(answer) != 2:
-        raise Nonsense(shown(answer))
+        raise NonsenseError(shown(answer))
     samples, spacing = answer
     if not isinstance(samples, list | tuple) or not all(isinstance(s, Sample) for s in samples):
-        raise Nonsense(f"{shown(samples)} for the samples")
+        raise NonsenseError(f"{shown(samples)} for the samples")
     if len(samples) != len(scans):
-        raise Nonsense(f"{len(samples)} samples of {len(scans)} scans")
+        raise NonsenseError(f"{len(samples)} samples of {len(scans)} scans")
     if not isinstance(spacing, int | float | np.number) or not 0 < spacing < np.inf:
-        raise Nonsense(f"{shown(spacing)} for the spacing, which is positive and finite")
+        raise NonsenseError(f"{shown(spacing)} for the spacing, which is positive and finite")
 
 
 def describe(answer: Any, scan: Scan, keypoints: Array, *_: Any) -> None:
     """Features of some of the keypoints."""
     _is(answer, Features)
     if len(answer.keypoints) > len(keypoints):
-        raise Nonsense(f"{len(answer.keypoints)} described keypoints of {len(keypoints)}")
+        raise NonsenseError(f"{len(answer.keypoints)} described keypoints of {len(keypoints)}")
 
 
 def seed(answer: Any, source: View, target: View) -> None:
@@ -97,12 +97,12 @@ def refine(answer: Any, source: View, target: View, *_: Any) -> None:
     """A registration of the two views that rests on a pair of their points at least."""
     _is(answer, Registration)
     if (answer.source, answer.target) != (source.name, target.name):
-        raise Nonsense(
+        raise NonsenseError(
             f"a registration of {answer.source!r} to {answer.target!r}, "
             f"asked for {source.name!r} to {target.name!r}"
         )
     if not len(answer.pairs):
-        raise Nonsense("a registration without a pair")
+        raise NonsenseError("a registration without a pair")
     counts = len(source.points), len(target.points)
     _within("Registration.pairs", answer.pairs, *counts, "points")
 
@@ -115,7 +115,7 @@ def judge(answer: Any, *_: Any) -> None:
 def rejected_early(answer: Any, *_: Any) -> None:
     """Yes or no."""
     if not isinstance(answer, bool | np.bool_):
-        raise Nonsense(shown(answer))
+        raise NonsenseError(shown(answer))
 
 
 def together(answer: Any, *_: Any) -> None:
@@ -129,7 +129,7 @@ def augment(answer: Any, model: Model, source: View, *_: Any) -> None:
     unit("Model.normals", answer.normals, "N", 3)
     wanted = (*model.members, source.name)
     if (answer.name, answer.members) != (model.name, wanted):
-        raise Nonsense(
+        raise NonsenseError(
             f"a model {answer.name!r} of {', '.join(map(repr, answer.members)) or 'no parts'}, "
             f"which was {model.name!r} of {', '.join(map(repr, model.members))} "
             f"when {source.name!r} came"
@@ -141,38 +141,35 @@ def strategy(answer: Any, views: Sequence[View], *_: Any) -> None:
     _is(answer, Result)
     for pair in answer.pairs:
         if not isinstance(pair, Pair):
-            raise Nonsense(f"a Result whose pairs contain {shown(pair)}")
-    _each_once([name for name, _ in placed(answer)] + list(answer.unregistered), views)
+            raise NonsenseError(f"a Result whose pairs contain {shown(pair)}")
+    poses = (answer.poses, *answer.components)
+    _each_once([*(name for part in poses for name in part), *answer.unregistered], views)
     if not np.array_equal(answer.poses[answer.reference], IDENTITY):
-        raise Nonsense(f"a pose of the reference {answer.reference!r} that is not the identity")
+        raise NonsenseError(
+            f"a pose of the reference {answer.reference!r} that is not the identity"
+        )
 
 
 def adjust(answer: Any, result: Result, *_: Any) -> None:
     """The same scans in the same places, the first of each component where it was."""
     _is(answer, Result)
     if answer.reference != result.reference:
-        raise Nonsense(f"the reference {answer.reference!r}, which was {result.reference!r}")
+        raise NonsenseError(f"the reference {answer.reference!r}, which was {result.reference!r}")
     if len(answer.components) != len(result.components):
-        raise Nonsense(f"{len(answer.components)} components of {len(result.components)}")
+        raise NonsenseError(f"{len(answer.components)} components of {len(result.components)}")
     both = [(result.poses, answer.poses, result.reference)] + [
         (old, new, next(iter(old), None))
         for old, new in zip(result.components, answer.components, strict=True)
     ]
     for old, new, first in both:
         if old.keys() != new.keys():
-            raise Nonsense(f"poses of {_listed(new)}, which were of {_listed(old)}")
+            raise NonsenseError(f"poses of {_listed(new)}, which were of {_listed(old)}")
         if first is not None and not np.array_equal(old[first], new[first]):
-            raise Nonsense(f"another pose of {first!r}, which has to stay")
+            raise NonsenseError(f"another pose of {first!r}, which has to stay")
     if set(answer.unregistered) != set(result.unregistered):
-        raise Nonsense(
+        raise NonsenseError(
             f"{_listed(answer.unregistered)} unregistered, which was {_listed(result.unregistered)}"
         )
-
-
-def placed(result: Result) -> Iterable[tuple[str, Array]]:
-    """The poses of a result, those of its components after those in the reference's frame."""
-    parts: tuple[Mapping[str, Array], ...] = (result.poses, *result.components)
-    return (item for part in parts for item in part.items())
 
 
 def _each_once(names: list[str], views: Sequence[View]) -> None:
@@ -184,7 +181,7 @@ def _each_once(names: list[str], views: Sequence[View]) -> None:
         ("that names more than once", {name for name in names if names.count(name) > 1}),
     ):
         if found:
-            raise Nonsense(f"a Result {fault} {_listed(sorted(found))}")
+            raise NonsenseError(f"a Result {fault} {_listed(sorted(found))}")
 
 
 def _listed(names: Iterable[str]) -> str:

@@ -8,7 +8,7 @@ from functools import cache, wraps
 from typing import Any
 
 from mvreg.errors import MvregError, RecordError
-from mvreg.stage_calls.answers import CHECKS, Nonsense
+from mvreg.stage_calls.answers import CHECKS, NonsenseError
 from mvreg.stage_calls.culprit import is_observers, stage_error
 
 #: The class that a checked stage's class was made of.
@@ -28,12 +28,13 @@ def checked(kind: str, stage: Any) -> Any:
     stage : callable
         Comes back itself if it is checked already.
     """
-    if hasattr(type(stage), PLAIN):
+    cls: type = type(stage)
+    if hasattr(cls, PLAIN):
         return stage
     twin = copy(stage)
     if twin is not stage:
         try:
-            object.__setattr__(twin, "__class__", _checked_class(kind, type(stage)))
+            object.__setattr__(twin, "__class__", _checked_class(kind, cls))
             return twin
         except TypeError:  # of a class that is not Python's
             pass
@@ -83,7 +84,7 @@ def _call(
         raise stage_error(kind, method, culprit, error) from error
     try:
         CHECKS[kind, method](answer, *given, *named.values())
-    except (Nonsense, RecordError) as error:
+    except (NonsenseError, RecordError) as error:
         raise stage_error(kind, method, culprit, f"got {error}") from None
     return answer
 

@@ -72,9 +72,9 @@ def signature(kind: str, method: str) -> str:
 
 def raised(error: Exception, culprit: Any) -> str:
     """What a stage raised, and where: in the stage's own file if the error came through it."""
-    frames = traceback.extract_tb(error.__traceback__)
     here = str(Path(__file__).parent)
-    frames = [frame for frame in frames if not frame.filename.startswith(here)]
+    steps = traceback.extract_tb(error.__traceback__)
+    frames = [frame for frame in steps if not frame.filename.startswith(here)]
     try:
         own = inspect.getsourcefile(culprit)
     except TypeError:  # neither a class nor a function

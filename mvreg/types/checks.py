@@ -19,6 +19,7 @@ from mvreg.geometry.arrays import Array, Indices
 #: single precision pass, scaled and sheared ones do not.
 RIGID = 1e-6
 FLOAT = np.dtype(np.float64)
+LARGEST = float(np.finfo(FLOAT).max)
 all_of, least_of = np.logical_and.reduce, np.minimum.reduce  # as `all` and `min`, but quicker
 
 
@@ -27,7 +28,6 @@ def keep(record: Any, **values: Any) -> None:
     for name, value in values.items():
         if getattr(record, name) is not value:
             object.__setattr__(record, name, value)
-
 
 
 def floats(name: str, values: Any, *shape: int | str) -> Array:
@@ -123,6 +123,8 @@ def pose(name: str, values: Any) -> Array:
 
 def poses(name: str, values: Any) -> Array:
     """Rigid motions (C, 4, 4), each as `pose` wants it."""
+    if type(values) is np.ndarray and values.shape == (0, 4, 4):
+        return values
     array = floats(name, values, "C", 4, 4)
     for index, one in enumerate(array):
         pose(f"{name}[{index}]", one)
@@ -163,7 +165,7 @@ def number(name: str, value: Any, least: float = -np.inf, most: float = np.inf) 
 
 def length(name: str, value: Any) -> None:
     """Raise RecordError for what is no finite number, 0 or more."""
-    number(name, value, 0.0, np.finfo(np.float64).max)
+    number(name, value, 0.0, LARGEST)
 
 
 def text(name: str, value: Any) -> None:

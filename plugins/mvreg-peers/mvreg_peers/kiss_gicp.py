@@ -14,11 +14,11 @@ import numpy as np
 from mvreg.contracts import Pipeline
 from mvreg.errors import InputError, PluginError, check_positive
 from mvreg.geometry import se3
+from mvreg.tbb import copies_of_tbb, one_thread
 from mvreg.types import Array, Result, Verdict, View
 from mvreg_peers.clouds import Cloud, clouds_of
 from mvreg_peers.graph import Attempt, spanning_tree
 from mvreg_peers.pairs import all_pairs, placed
-from mvreg_peers.threads import copies_of_tbb, one_thread
 
 #: KISS-Matcher's default voxel. It is made for metres and streets, refuses voxels below 0.005 and
 #: clamps noise bounds at 1, so the scans are scaled to have just this voxel.
@@ -75,7 +75,7 @@ class KissGicpStrategy:
     where GICP pairs too little. Scans that no edge connects to the first one are unregistered. No
     judge of mvreg's is asked: this measures KISS-Matcher.
 
-    Repeatable to the last bit: see `mvreg_peers.threads`; GICP runs on one thread.
+    Repeatable to the last bit: see `mvreg.tbb`; GICP runs on one thread.
 
     Parameters
     ----------

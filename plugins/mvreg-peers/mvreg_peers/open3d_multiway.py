@@ -11,12 +11,12 @@ import mvreg
 from mvreg.contracts import Pipeline
 from mvreg.errors import InputError, check_positive
 from mvreg.geometry import se3
+from mvreg.tbb import copies_of_tbb, one_thread
 from mvreg.types import Array, Result, View
 from mvreg_peers.clouds import clouds_of
 from mvreg_peers.fpfh import FINE, Matcher, PairByFpfh, prepare
 from mvreg_peers.graph import Attempt, spanning_tree
 from mvreg_peers.pairs import all_pairs, placed
-from mvreg_peers.threads import copies_of_tbb, one_thread
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Open3dMultiwayStrategy:
     connects to the first one, before or after the optimisation, are unregistered. No judge of
     mvreg's is asked: this measures Open3D.
 
-    Repeatable to the last bit, with either matcher: see `mvreg_peers.threads`.
+    Repeatable to the last bit, with either matcher: see `mvreg.tbb`.
 
     Parameters
     ----------

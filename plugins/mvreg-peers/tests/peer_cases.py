@@ -9,11 +9,11 @@ from typing import Any, ClassVar
 
 import pytest
 from mvreg_peers import pairs
-from mvreg_peers.threads import copies_of_tbb, threads_allowed
 
 import mvreg
 from mvreg import events
 from mvreg.evaluation.pose_errors import PoseErrors, pose_errors
+from mvreg.tbb import copies_of_tbb, threads_allowed
 from mvreg.testing import StrategyContract, blob_views
 from mvreg.testing.compare import digest
 from mvreg.testing.views import degenerate_views, pipeline

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from mvreg_peers.clouds import clouds_of, in_scan_frames
 from mvreg_peers.graph import Attempt, spanning_tree
-from mvreg_peers.threads import copies_of_tbb, one_thread, threads_allowed
 
 import mvreg
 from mvreg.geometry import se3
 from mvreg.geometry.nearest import mean_spacing
+from mvreg.tbb import copies_of_tbb, one_thread, threads_allowed
 from mvreg.testing import blob_views
 from mvreg.testing.compare import apart
 from mvreg.testing.views import degenerate_views

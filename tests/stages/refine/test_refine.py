@@ -108,9 +108,7 @@ def test_the_overlap_is_found():
     near = TrimmedICP()(pair.source, pair.target, pair.T_target_source)
     assert 0.65 < near.overlap < 0.9
     half = pair.target.points[:, 2] < np.median(pair.target.points[:, 2])
-    part = replace(
-        pair.target, points=pair.target.points[half], normals=pair.target.normals[half]
-    )
+    part = replace(pair.target, points=pair.target.points[half], normals=pair.target.normals[half])
     cut = TrimmedICP(min_overlap=0.1)(pair.source, part, pair.T_target_source)
     assert cut.overlap < near.overlap - 0.1
     assert len(views) == 3

@@ -1,8 +1,9 @@
-"""Repeatable answers, to the last bit, from libraries that add up in threads.
+"""Threads of libraries that are built on oneTBB, such as Open3D and KISS-Matcher.
 
-Open3D and KISS-Matcher sum in parallel with oneTBB, in an order that changes from call to call:
-Open3D's ICP then differs in the last bits, KISS-Matcher in its inliers. Neither can be told to use
-one thread, but oneTBB can. The time is made up for by registering several pairs at once.
+They take every core, whatever OMP_NUM_THREADS says (Open3D 0.20): neither has a setting for it, but
+oneTBB has, ``tbb::global_control`` of its C++ interface. And they sum in parallel in an order that
+changes from call to call: Open3D's ICP then differs in the last bits, KISS-Matcher in its inliers.
+With one thread the answers are repeatable.
 """
 
 from __future__ import annotations
@@ -12,6 +13,8 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import ModuleType
+
+__all__ = ["copies_of_tbb", "limit", "one_thread", "threads_allowed"]
 
 #: ``tbb::global_control::max_allowed_parallelism``.
 PARALLELISM = 0
@@ -28,6 +31,31 @@ class GlobalControl(ctypes.Structure):
         ("reserved", ctypes.c_ssize_t),
         ("parameter", ctypes.c_int),
     )
+
+
+#: The limits set for good: oneTBB keeps pointers to them.
+_HELD: list[GlobalControl] = []
+
+
+def limit(module: ModuleType, count: int) -> None:
+    """Let the copies of oneTBB that came with a module use `count` threads at most, for good.
+
+    Of several limits the lowest counts. Where a library is not oneTBB as GCC and Clang build it, as
+    on Windows, nothing happens.
+
+    Parameters
+    ----------
+    module : module
+        As imported.
+    count : int
+        1 or more.
+    """
+    for path in copies_of_tbb(module):
+        library = ctypes.CDLL(str(path))
+        if hasattr(library, CREATE):
+            control = GlobalControl(count, 0, PARALLELISM)
+            getattr(library, CREATE)(ctypes.byref(control))
+            _HELD.append(control)
 
 
 @contextmanager
