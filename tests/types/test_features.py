@@ -111,6 +111,7 @@ def test_other_descriptors_place_what_the_papers_does(describe):
         ("descriptors", np.zeros((2, 2))),
         ("oriented", "yes"),
         ("spread", -0.2),
+        ("spread", 0.0),
         ("spread", np.inf),
     ],
 )
