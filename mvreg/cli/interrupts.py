@@ -1,7 +1,7 @@
 """Ctrl-C in a process of the command line: it ends with 130, at whatever moment it comes.
 
-The first one interrupts what is under way, so that what was finished is kept; a second one, or one
-when all is done, ends the process at once.
+The first one interrupts what is under way, so that what was finished is kept; a second one ends the
+process at once. When all is done, and only the interpreter is left to end, it changes nothing.
 """
 
 from __future__ import annotations
@@ -38,9 +38,13 @@ def interrupted() -> bool:
 
 
 def done() -> None:
-    """All that is left is to end: from now on Ctrl-C does so at once."""
-    if signal.getsignal(signal.SIGINT) is first:
-        signal.signal(signal.SIGINT, leave)
+    """All that is left is to end, which Ctrl-C does not change any more.
+
+    Python gives up its handlers early in its own end: the signal would kill it then, were it not
+    ignored.
+    """
+    if signal.getsignal(signal.SIGINT) in (first, leave):
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
     # Python kills itself by the signal at the end, whoever caught the interrupt, if it came while
     # a string was executed, as dataclasses do; until another one has been executed since.
     exec("")

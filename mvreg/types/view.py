@@ -81,11 +81,8 @@ class Features:
     def __post_init__(self) -> None:
         keypoints = checks.floats("Features.keypoints", self.keypoints, "K", 3)
         count = len(keypoints)
-<<<<<<< HEAD
         if self.spread is not None:
             checks.length("Features.spread", self.spread)
-=======
->>>>>>> spread
         checks.keep(
             self,
             keypoints=keypoints,
@@ -93,11 +90,6 @@ class Features:
             descriptors=checks.floats("Features.descriptors", self.descriptors, count, "D"),
             oriented=checks.truth("Features.oriented", self.oriented),
         )
-<<<<<<< HEAD
-=======
-        if self.spread is not None and not 0 < self.spread < np.inf:
-            raise RecordError(f"Features.spread: expected a number above 0, got {self.spread}")
->>>>>>> spread
 
     @lazy
     def descriptor_spread(self) -> float:

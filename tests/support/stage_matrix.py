@@ -16,7 +16,7 @@ MAX_ANGLE, MAX_SHIFT = 2.0, 2.0
 #: Stages with which scans of `tiny` are left over, and why. None may place one wrongly.
 EXCEPTIONS = {
     "describe/none": "matches nothing by design",
-    "refine/icp": "pairs every point, which pulls scans that overlap in part over each other: ten "
+    "refine/icp": "pairs every point, which pulls scans that overlap in part over each other: nine "
     "of the first twelve attempts are refused, for surfaces where a sensor saw free space",
     "strategy/kiss_gicp": "at KISS-Matcher's published defaults a scan of `tiny` has some 600 "
     "voxels: 14 of 15 pairs have 0 to 4 inliers, where its examples ask for 5; with voxels of 2 "
