@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mvreg.errors import RecordError
 from mvreg.geometry.arrays import Array
 from mvreg.types import checks
 from mvreg.types.lazy import lazy
@@ -81,8 +82,8 @@ class Features:
     def __post_init__(self) -> None:
         keypoints = checks.floats("Features.keypoints", self.keypoints, "K", 3)
         count = len(keypoints)
-        if self.spread is not None:
-            checks.length("Features.spread", self.spread)
+        if self.spread is not None and not 0 < self.spread < np.inf:
+            raise RecordError(f"Features.spread: expected a number above 0, got {self.spread}")
         checks.keep(
             self,
             keypoints=keypoints,
