@@ -15,7 +15,7 @@ from mvreg.errors import InputError
 from mvreg.geometry.nearest import mean_spacing
 from mvreg.parallel import in_threads, one_by_one
 from mvreg.screening import refine_best
-from mvreg.stage_calls import checked
+from mvreg.stage_calls import check_described, checked
 from mvreg.surface.normals import facing_normals
 from mvreg.types import (
     Array,
@@ -133,6 +133,7 @@ class Pipeline:
             self.emit(events.ViewPrepared(view, index, len(scans), seconds))
             views.append(view)
             seconds, before = {}, time.perf_counter()
+        check_described(self.describe, views)
         return views
 
     def register(

@@ -4,6 +4,6 @@ Records check themselves, see `mvreg.types`; here is what needs both sides of a 
 message: which stage of which distribution, what its contract wants, and what came.
 """
 
-from mvreg.stage_calls.calls import checked
+from mvreg.stage_calls.calls import check_described, checked
 
-__all__ = ["checked"]
+__all__ = ["check_described", "checked"]

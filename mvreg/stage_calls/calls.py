@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from copy import copy
 from functools import cache, wraps
 from typing import Any
 
 from mvreg.errors import MvregError, RecordError
-from mvreg.stage_calls.answers import CHECKS, NonsenseError
+from mvreg.stage_calls.answers import CHECKS, described
 from mvreg.stage_calls.culprit import is_observers, stage_error
+from mvreg.stage_calls.nonsense import NonsenseError
+from mvreg.types import View
 
 #: The class that a checked stage's class was made of.
 PLAIN = "_mvreg_plain"
@@ -40,6 +42,15 @@ def checked(kind: str, stage: Any) -> Any:
             pass
     # A function, in a pipeline put together by hand.
     return wraps(stage)(lambda *given, **named: _call(kind, "__call__", stage, stage, given, named))
+
+
+def check_described(stage: Any, views: Sequence[View]) -> None:
+    """Raise StageError if a ``describe`` stage has described scans each in its own way."""
+    try:
+        described(views)
+    except NonsenseError as error:
+        culprit = getattr(type(stage), PLAIN, type(stage))
+        raise stage_error("describe", "__call__", culprit, f"got {error}") from None
 
 
 @cache

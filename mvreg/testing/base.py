@@ -14,6 +14,7 @@ from omegaconf import OmegaConf
 
 from mvreg.contracts import KINDS
 from mvreg.plugins.registry import check
+from mvreg.stage_calls import checked
 from mvreg.testing.compare import case, digest
 
 
@@ -116,6 +117,13 @@ class StageContract:
         """Also where compiled code writes."""
         self.call(*next(iter(self.examples().values())))
         assert tuple(capfd.readouterr()) == ("", "")
+
+    def test_a_run_takes_its_answers(self) -> None:
+        """What `mvreg.register` checks at every call, a plugin's author can see beforehand."""
+        stage = checked(self.kind, self.stage)
+        for name, arguments in {**self.examples(), **self.degenerate()}.items():
+            with case(name):
+                self.call(*arguments, stage=stage)
 
     def test_it_takes_the_worst_calmly(self) -> None:
         for name, arguments in self.degenerate().items():

@@ -8,8 +8,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from mvreg.errors import RecordError
 from mvreg.geometry.arrays import Array
 from mvreg.types import checks
@@ -107,5 +105,10 @@ class Result:
         if any(new is not old for new, old in zip(components, self.components, strict=True)):
             checks.keep(self, components=components)
         checks.keep(self, poses=poses)
+        checks.instance("Result.covariances", self.covariances, Mapping)
         for name, covariance in self.covariances.items():
-            checks.check_shape(f"Result.covariances[{name!r}]", np.asarray(covariance), (6, 6))
+            checks.floats(f"Result.covariances[{name!r}]", covariance, 6, 6)
+        for index, link in enumerate(self.links):
+            checks.instance(f"Result.links[{index}]", link, Link)
+        if self.model is not None:
+            checks.instance("Result.model", self.model, Model)

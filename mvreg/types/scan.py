@@ -16,6 +16,7 @@ import numpy as np
 from mvreg.errors import InputError
 from mvreg.geometry import se3
 from mvreg.geometry.arrays import Array
+from mvreg.types import checks
 from mvreg.types.lazy import lazy
 
 if TYPE_CHECKING:
@@ -131,6 +132,13 @@ class ScanSet:
     poses: Mapping[str, Array] | None = None
     objects: Mapping[str, str] | None = None
     motions: Mapping[str, Array] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.poses is not None:
+            checks.keep(self, poses=checks.named_poses("ScanSet.poses", self.poses))
+        if self.objects is not None:
+            checks.instance("ScanSet.objects", self.objects, Mapping)
+        checks.keep(self, motions=checks.named_poses("ScanSet.motions", self.motions))
 
     def as_read(self, poses: Mapping[str, Array]) -> dict[str, Array]:
         """Poses ``T_any_scan`` (4, 4) as those of the same scans before they were moved."""

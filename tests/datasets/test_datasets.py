@@ -17,7 +17,7 @@ import mvreg.datasets.stanford as stanford_module
 from mvreg.datasets.base import Order, ScanSource
 from mvreg.datasets.folder import Folder
 from mvreg.datasets.stanford import Stanford
-from mvreg.errors import InputError
+from mvreg.errors import InputError, RecordError
 from mvreg.geometry import se3
 from mvreg.io import write_ply
 from mvreg.types import Scan, ScanSet
@@ -354,3 +354,12 @@ def test_the_cache_is_the_platform_s(tmp_path: Path, monkeypatch: pytest.MonkeyP
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     assert downloads.cache_folder().name == "datasets"
     assert "mvreg" in downloads.cache_folder().parts
+
+
+@pytest.mark.parametrize("field", ["poses", "motions"])
+@pytest.mark.parametrize("wrong", [np.full((4, 4), np.nan), np.diag([1.0, 1.0, 2.0, 1.0]), None])
+def test_a_truth_that_is_no_pose_is_refused(field, wrong):
+    with pytest.raises(RecordError, match=rf"ScanSet\.{field}\['a'\]: expected"):
+        ScanSet("toy", (Scan("a", np.eye(3)),), **{field: {"a": wrong}})
+    with pytest.raises(RecordError, match=rf"ScanSet\.{field}: expected a mapping"):
+        ScanSet("toy", (), **{field: [np.eye(4)]})

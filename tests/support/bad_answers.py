@@ -39,6 +39,11 @@ WRONG = {
          "got the reference 'blob_.', which was 'blob_.'"),
         (lambda new, *_: replace(new, unregistered=("x",)), "'x' unregistered, which was none"),
         (lambda new, *_: replace(new, components=({"x": np.eye(4)},)), "got 1 components of 0"),
+        (lambda new, *_: replace(new, covariances={new.reference: np.full((6, 6), np.nan)}),
+         r"Result.covariances\['blob_.'\]: expected finite numbers"),
+        (lambda new, *_: replace(new, covariances=[]), "Result.covariances: expected Mapping, got"),
+        (lambda new, *_: replace(new, links=(3,)), r"Result.links\[0\]: expected Link, got int 3"),
+        (lambda new, *_: replace(new, model=new), "Result.model: expected Model, got a Result"),
     ],
     "strategy": [
         (posed(NAN), "expected finite numbers"),
@@ -46,6 +51,11 @@ WRONG = {
         (lambda new, *_: replace(new, unregistered=("blob_0",)), "more than once 'blob_0'"),
         (lambda new, *_: replace(new, poses={new.reference: np.eye(4)}), "Result without 'blob_"),
         (lambda new, *_: replace(new, poses={}), "expected a pose of the reference"),
+        (lambda new, *_: replace(new, pairs=tuple(replace(p, source="y") for p in new.pairs)),
+         "got a pair of unknown 'y'"),
+        (lambda new, *_: replace(new, pairs=tuple(replace(p, T_target_source=None)
+                                                  for p in new.pairs)),
+         "got a pair of 'blob_.' that is reliable without a pose"),
         (lambda new, *_: replace(new, pairs=(3,)), "whose pairs contain int 3"),
         (lambda new, *_: replace(new, poses={k: se3.from_parts(np.eye(3), np.ones(3)) @ v
                                              for k, v in new.poses.items()}),
@@ -89,6 +99,12 @@ WRONG = {
         (lambda new, *_: replace(new, reason=None), "Verdict.reason: expected str, got None"),
     ],
     "describe": [
+        (lambda new, scan, *_: new if scan.name == "blob_0" else
+         replace(new, descriptors=new.descriptors[:, 1:]),
+         r"got descriptors of shape \(K, 9\) for 'blob_0' and \(K, 8\) for 'blob_1'"),
+        (lambda new, scan, *_: new if scan.name == "blob_0" else
+         replace(new, normals=new.normals[:, 1:]),
+         r"got normals of shape \(K, 4, 3\) for 'blob_0' and \(K, 3, 3\) for 'blob_1'"),
         (lambda new, *_: replace(new, normals=2 * new.normals), "vectors, got one of length 2"),
         (lambda new, *_: replace(new, descriptors=new.descriptors[1:]), "Features.descriptors: "),
         (lambda new, *_: replace(new, normals=new.normals[:, 0]), r"expected shape \(\d+, L, 3\)"),
@@ -98,6 +114,8 @@ WRONG = {
          r"got \d+ described keypoints of \d+"),
     ],
     "downsample": [
+        (lambda new, *_: ([new[0][0], Sample(new[0][1].points[:0], new[0][1].keypoints),
+                           new[0][2]], new[1]), "got no point of 'blob_1'"),
         (lambda new, *_: (new[0][1:], new[1]), "got 2 samples of 3 scans"),
         (lambda new, *_: (new[0], 0.0), "got float 0.0 for the spacing, which is positive"),
         (lambda new, *_: (new[0], None), "got None for the spacing"),
