@@ -20,7 +20,8 @@ def main() -> int:
         from mvreg.cli import main as cli
 
         found = cli.main()
-        code = code if interrupts.interrupted() else found
+        if not interrupts.interrupted():
+            code = found
         interrupts.done()
     except KeyboardInterrupt:  # before the command line was ready for it, or after
         sys.stderr.write("interrupted\n")

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
+from contextlib import suppress
 from threading import Timer
 from types import FrameType
 from typing import NoReturn
@@ -41,13 +42,16 @@ def done() -> None:
     """All that is left is to end, which Ctrl-C does not change any more.
 
     Python gives up its handlers early in its own end: the signal would kill it then, were it not
-    ignored.
+    ignored. A process that was interrupted ends here and now: libraries whose import was cut short
+    may end it with a code of their own.
     """
-    if signal.getsignal(signal.SIGINT) in (first, leave):
+    if interrupted():
+        for stream in (sys.stdout, sys.stderr):
+            with suppress(OSError, ValueError):  # nobody reads it any more
+                stream.flush()
+        os._exit(INTERRUPTED)
+    if signal.getsignal(signal.SIGINT) is first:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-    # Python kills itself by the signal at the end, whoever caught the interrupt, if it came while
-    # a string was executed, as dataclasses do; until another one has been executed since.
-    exec("")
 
 
 def first(number: int, frame: FrameType | None) -> NoReturn:
