@@ -6,11 +6,11 @@ process at once. When all is done, and only the interpreter is left to end, it c
 
 from __future__ import annotations
 
+import atexit
 import os
 import signal
 import sys
 from contextlib import suppress
-from threading import Timer
 from types import FrameType
 from typing import NoReturn
 
@@ -26,8 +26,9 @@ def listen() -> None:
     For a process of one's own: nothing is as it was before.
     """
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        sys.unraisablehook = again
         signal.signal(signal.SIGINT, first)
+        sys.unraisablehook = again
+        atexit.register(end)  # what is registered first is called last
 
 
 def interrupted() -> bool:
@@ -42,16 +43,23 @@ def done() -> None:
     """All that is left is to end, which Ctrl-C does not change any more.
 
     Python gives up its handlers early in its own end: the signal would kill it then, were it not
-    ignored. A process that was interrupted ends here and now: libraries whose import was cut short
-    may end it with a code of their own.
+    ignored.
+    """
+    if signal.getsignal(signal.SIGINT) is first:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def end() -> None:
+    """End an interrupted process, once the libraries have tidied up: joblib ends its workers.
+
+    Not by way of their destructors, which may have a code of their own: Open3D's ends the process
+    with 1 if its import was cut short.
     """
     if interrupted():
         for stream in (sys.stdout, sys.stderr):
             with suppress(OSError, ValueError):  # nobody reads it any more
                 stream.flush()
         os._exit(INTERRUPTED)
-    if signal.getsignal(signal.SIGINT) is first:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def first(number: int, frame: FrameType | None) -> NoReturn:
@@ -68,6 +76,8 @@ def leave(number: int, frame: FrameType | None) -> NoReturn:
 def again(ignored: sys.UnraisableHookArgs) -> None:
     """Interrupt once more where Python cannot raise, in a destructor or a callback."""
     if ignored.exc_type is KeyboardInterrupt:
+        from threading import Timer  # seldom needed, and Ctrl-C may come while it is imported
+
         signal.signal(signal.SIGINT, first)
         later = Timer(LATER, os.kill, (os.getpid(), signal.SIGINT))  # not in here, once more
         later.daemon = True

@@ -50,6 +50,12 @@ BODIES = {
         "cli.dispatch",
         "    try:\n        ctrl_c()\n    finally:\n        ctrl_c()",
     ),
+    "and a library ends with a code of its own": (  # as Open3D does, imported in part
+        "cli.dispatch",
+        "    import ctypes\n    libc = ctypes.CDLL(None)\n"
+        "    getattr(libc, '__cxa_atexit')(ctypes.cast(libc.abort, ctypes.c_void_p), None, None)\n"
+        "    ctrl_c()",
+    ),
 }
 
 
@@ -62,6 +68,32 @@ def test_ctrl_c_ends_with_130(moment):
     )
     assert done.returncode == 130, done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_ctrl_c_while_the_command_line_is_imported():
+    program = (
+        "import os, signal, sys\n"
+        "class Finder:\n"
+        "    def find_spec(name, path=None, target=None):\n"
+        "        if name == 'mvreg.cli.main':\n"
+        "            os.kill(os.getpid(), signal.SIGINT)\n"
+        "from mvreg import __main__\n"
+        "sys.meta_path.insert(0, Finder)\n"
+        "sys.exit(__main__.main())"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=False, timeout=120
+    )
+    assert (done.returncode, done.stderr) == (130, "interrupted\n")
+
+
+def test_libraries_tidy_up_after_ctrl_c():
+    body = "    import atexit\n    atexit.register(sys.stderr.write, 'tidied up\\n')\n    ctrl_c()"
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM.format(where="cli.dispatch", body=body)],
+        capture_output=True, text=True, check=False, timeout=120,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (130, "interrupted\ntidied up\n")
 
 
 def test_ctrl_c_that_is_ignored_stays_ignored():
