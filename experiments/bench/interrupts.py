@@ -60,18 +60,27 @@ def interrupt(words: tuple[str, ...], delay: float, twice: bool) -> tuple[str, s
     with tempfile.TemporaryDirectory(prefix="mvreg-interrupts-") as folder:
         child = started(words, Path(folder))
         time.sleep(delay)
-        over = child.poll() is not None
+        over = is_over(child)
         for _ in range(1 + twice):
-            if not over:
+            if child.poll() is None:
                 os.killpg(child.pid, signal.SIGINT)
                 time.sleep(0.01)
-                over = child.poll() is not None
         try:
             _, said = child.communicate(timeout=LIMIT)
         except subprocess.TimeoutExpired:
             os.killpg(child.pid, signal.SIGKILL)
             return "hangs", child.communicate()[1]
-        return ("was over" if delay and child.returncode in (0, 3) else str(child.returncode)), said
+        return ("was over" if over and child.returncode in (0, 3) else str(child.returncode)), said
+
+
+def is_over(child: subprocess.Popen[str]) -> bool:
+    """Whether a process has decided how it ends: it is gone, or ignores Ctrl-C already (Linux)."""
+    try:
+        status = Path(f"/proc/{child.pid}/status").read_text()
+    except OSError:
+        return True
+    ignored = next((line for line in status.splitlines() if line.startswith("SigIgn")), "SigIgn: 0")
+    return child.poll() is not None or bool(int(ignored.split()[1], 16) >> (signal.SIGINT - 1) & 1)
 
 
 def main() -> int:
