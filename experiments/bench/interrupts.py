@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import re
 import signal
 import subprocess
 import sys
@@ -56,27 +55,12 @@ def duration(words: tuple[str, ...]) -> float:
         return time.perf_counter() - start
 
 
-def decided(child: subprocess.Popen[str]) -> bool:
-    """Whether a process has ended, or ignores Ctrl-C since its exit code is decided.
-
-    Linux tells which signals a process ignores. Elsewhere a process counts as over that ends by
-    itself, although it may have lost the interrupt.
-    """
-    if child.poll() is not None or sys.platform != "linux":
-        return True
-    status = Path(f"/proc/{child.pid}/status").read_text()
-    if re.search(r"^State:\s*Z", status, re.MULTILINE):
-        return True
-    ignored = re.search(r"^SigIgn:\s*(\w+)$", status, re.MULTILINE)
-    return ignored is not None and bool(int(ignored[1], 16) >> (signal.SIGINT - 1) & 1)
-
-
 def interrupt(words: tuple[str, ...], delay: float, twice: bool) -> tuple[str, str]:
     """What a process ends with that is interrupted after `delay` seconds, and what it says."""
     with tempfile.TemporaryDirectory(prefix="mvreg-interrupts-") as folder:
         child = started(words, Path(folder))
         time.sleep(delay)
-        over = decided(child)
+        over = is_over(child)
         for _ in range(1 + twice):
             if child.poll() is None:
                 os.killpg(child.pid, signal.SIGINT)
@@ -87,6 +71,16 @@ def interrupt(words: tuple[str, ...], delay: float, twice: bool) -> tuple[str, s
             os.killpg(child.pid, signal.SIGKILL)
             return "hangs", child.communicate()[1]
         return ("was over" if over and child.returncode in (0, 3) else str(child.returncode)), said
+
+
+def is_over(child: subprocess.Popen[str]) -> bool:
+    """Whether a process has decided how it ends: it is gone, or ignores Ctrl-C already (Linux)."""
+    try:
+        status = Path(f"/proc/{child.pid}/status").read_text()
+    except OSError:
+        return True
+    ignored = next((line for line in status.splitlines() if line.startswith("SigIgn")), "SigIgn: 0")
+    return child.poll() is not None or bool(int(ignored.split()[1], 16) >> (signal.SIGINT - 1) & 1)
 
 
 def main() -> int:

@@ -164,6 +164,8 @@ def job(config: DictConfig) -> int:
     if file := os.environ.get(CODES):
         with Path(file).open("a") as codes:  # short appends do not mix
             codes.write(f"{code}\n")
+    if interrupted():  # somebody passed it over: no further job
+        raise KeyboardInterrupt
     return code
 
 

@@ -298,3 +298,10 @@ def test_output_cut_short_is_no_error(tmp_path):
     assert done.returncode == 0
     assert done.stdout.startswith("dataset: ")
     assert done.stderr == ""
+
+
+def test_an_interrupt_that_somebody_passed_over_ends_a_sweep(jobs, monkeypatch, capsys):
+    monkeypatch.setattr(cli, "interrupted", lambda: bool(jobs.asked))
+    assert cli.main(["-m", "dataset=tiny", "seed.top_fraction=0.5,0.3,0.7"]) == 130
+    assert len(jobs.asked) == 1
+    assert capsys.readouterr().err == "interrupted\n"
