@@ -20,7 +20,7 @@ from mvreg.testing import blob_scans, blob_views, pipeline
 from mvreg.testing.adjust import nearly_right
 from mvreg.testing.results import misplacement
 from mvreg.testing.views import moved_view, registration
-from mvreg.types import Edge, Result
+from mvreg.types import Edge, Model, Result
 from mvreg.types.view_graph import reachable
 
 
@@ -230,7 +230,7 @@ def test_dense_views_have_all_the_points_and_their_normals():
 @pytest.mark.parametrize("stage", [MotionAveraging(), WeightedMotionAveraging()])
 def test_perfect_measurements_give_perfect_poses(stage):
     views, poses = exact()
-    found = stage(replace(nearly_right(), model=object()), views, Perfect(poses))
+    found = stage(replace(nearly_right(), model=Model.of(blob_views()[0])), views, Perfect(poses))
     assert pose_errors(found.poses, poses, found.reference).max.rotation < 1e-9
     assert found.model is None, "the merged model no longer fits"
     assert list(found.poses) == list(nearly_right().poses)

@@ -20,7 +20,7 @@ from mvreg.testing import blob_scans, blob_views, pipeline
 from mvreg.testing.adjust import nearly_right
 from mvreg.testing.results import misplacement
 from mvreg.testing.views import registration
-from mvreg.types import Pair, Part, Result, Verdict
+from mvreg.types import Model, Pair, Part, Result, Verdict
 
 
 class Scripted:
@@ -146,7 +146,7 @@ def coarse_from(monkeypatch, result):
 
 def test_rounds_make_coarse_poses_fine(monkeypatch):
     views, poses = exact()
-    coarse = replace(nearly_right(2.0, 1.0), model=object())
+    coarse = replace(nearly_right(2.0, 1.0), model=Model.of(blob_views()[0]))
     coarse_from(monkeypatch, coarse)
     rng = np.random.default_rng(0)
     found = CoarseToFineStrategy()(views, pipeline(), rng)
