@@ -16,7 +16,7 @@ from mvreg.types import Registration, Verdict, View, ViewGraph
 
 #: A view that is so probably in its place on a subsample is not evaluated again: of 93 scans of
 #: Bunny, Dragon and Buddha, and of halves of them, the two evaluations differ by 0.04 at most.
-CERTAIN = 0.9
+CERTAIN_ON_SUBSAMPLE = 0.9
 #: A pair that shares less than this of the points of either view, or fewer of them, says nothing to
 #: a judge of single registrations.
 LEAST_OVERLAP, LEAST_POINTS = 0.1, 50
@@ -65,7 +65,7 @@ def error_probability(judge: Judge, pairs: Sequence[ViewPair]) -> float:
     """The probability that a view is in the wrong place, by all its pairs; or roughly so."""
     if isinstance(judge, JointJudge):
         subsampled = together(judge, [pair.subsampled for pair in pairs]).probability
-        if subsampled > CERTAIN:
+        if subsampled > CERTAIN_ON_SUBSAMPLE:
             return 1 - subsampled
     return 1 - together(judge, pairs).probability
 
