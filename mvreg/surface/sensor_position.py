@@ -31,10 +31,6 @@ LEAST_COSINE = 0.05
 GRID, MARGIN, DIRECTIONS, SHELLS, ROUGH = 6, 0.3, 100, (0.7, 1.2, 2.5), 300
 #: So many of them, so far from each other (lengths of the scan), are refined, in so many steps.
 STARTS, APART, STEPS = 4, 0.15, 25
-#: A position is one if the spread that it leaves is this at most, or so small a share of what
-#: there was. At the true position RGB-D frames keep 0.15 to 0.20 and a tilting laser's 0.15 to 0.35
-#: of 0.9; without one, the rings of a rotating multi-beam scanner keep 0.24 to 0.35.
-MOST_SPREAD, LEAST_GAIN = 0.22, 0.4
 
 
 @dataclass(frozen=True, eq=False)
