@@ -77,6 +77,10 @@ class ConsensusPropagate:
         the scans; five complete all that were tried.
     separation : float
         Candidates differ in rotation by more than this, in degrees.
+    slide : float
+        Or they move the middle of the source's keypoints to places so far apart, in units of the
+        keypoints' spacing. Infinite, as in the paper, where only rotations count: of poses that
+        differ by a slide along a corridor or a row of windows only the best is kept then.
     """
 
     distance_tolerance: float = 0.5
@@ -89,6 +93,7 @@ class ConsensusPropagate:
     quality_overlap: float = 0.4
     keep: int = 5
     separation: float = 10.0
+    slide: float = np.inf
 
     def __post_init__(self) -> None:
         check_positive(
@@ -97,6 +102,7 @@ class ConsensusPropagate:
             angle_tolerance=self.angle_tolerance,
             descriptor_tolerance=self.descriptor_tolerance,
             inlier_distance=self.inlier_distance,
+            slide=self.slide,
         )
         check_positive("propagate", spread_over=self.spread_over)
         if self.keep < 1 or self.samples < 1 or self.min_matches < 3:
@@ -165,19 +171,26 @@ class ConsensusPropagate:
         """Which poses differ and have the best quality, and that: best first."""
         keypoints = source.features.keypoints
         rough = self.quality(keypoints[::FEWER], source, target, poses)
-        few = self.different(poses, rough, AMONG * self.keep)
+        middle = keypoints.mean(axis=0)
+        places = poses[:, :3, :3] @ middle + poses[:, :3, 3]
+        few = self.different(poses, places / source.scale.spacing, rough, AMONG * self.keep)
         scores = self.quality(keypoints, source, target, poses[few])
         kept = np.argsort(scores, kind="stable")[: self.keep]
         return few[kept], scores[kept]
 
-    def different(self, poses: Array, scores: Array, most: int) -> Indices:
-        """Positions of the best poses that differ, `most` of them."""
+    def different(self, poses: Array, places: Array, scores: Array, most: int) -> Indices:
+        """Positions of the best poses that differ, `most` of them.
+
+        `places` (C, 3) are where they put the middle of the source, in spacings of the keypoints.
+        """
         kept: list[int] = []
         left = np.argsort(scores, kind="stable")
         while len(left) and len(kept) < most:
             kept.append(int(left[0]))
             angles = se3.rotation_angle(poses[left], poses[left[0]])
-            left = left[1:][np.rad2deg(angles[1:]) >= self.separation]
+            turned = np.rad2deg(angles[1:]) >= self.separation
+            slid = np.linalg.norm(places[left[1:]] - places[left[0]], axis=1) >= self.slide
+            left = left[1:][turned | slid]
         return np.array(kept)
 
     def quality(self, keypoints: Array, source: View, target: View, poses: Array) -> Array:
