@@ -17,7 +17,8 @@ Point = Sequence[float]
 
 def at(x: float, y: float, z: float = 0.0, turn: float = 0.0, tilt: float = 0.0) -> Array:
     """A pose (4, 4): leant back by `tilt` about x, turned by `turn` about z, moved to (x, y, z)."""
-    return se3.from_parts(turned(z=turn, x=tilt), np.array([x, y, z], dtype=float))
+    rotation: Array = turned(z=turn, x=tilt).astype(np.float64)
+    return se3.from_parts(rotation, np.array([x, y, z], dtype=float))
 
 
 def put(solids: Iterable[Solid], x: float, y: float, z: float = 0.0,
@@ -77,7 +78,7 @@ def pillar(radius: float, height: float, foot: Point) -> Cylinder:
 
 def ball(radii: Point, centre: Point, turn: float = 0.0) -> Ellipsoid:
     """An ellipsoid about `centre`."""
-    return Ellipsoid(at(*centre, turn=turn), np.array(radii, dtype=float))
+    return Ellipsoid(at(centre[0], centre[1], centre[2], turn), np.array(radii, dtype=float))
 
 
 def wall(

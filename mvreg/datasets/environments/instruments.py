@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from mvreg.datasets.environments.errors import RangeError, mix, survivors
+from mvreg.datasets.environments.effects import RangeError, mix, survivors
 from mvreg.datasets.environments.scene import Scene
 from mvreg.errors import InputError
 from mvreg.types import Array
@@ -36,7 +36,7 @@ class Instrument:
     """
 
     rays: int = 15_000
-    error: RangeError = RangeError()
+    error: RangeError = field(default_factory=RangeError)
     noise: float = 1.0
     mixed: float = 0.0
     lost: float = 0.0
@@ -72,7 +72,7 @@ class Instrument:
         forward = self._forward(rays).reshape(shape)
         seen = np.where(np.isfinite(picture), picture, 1.0) * forward
         measured = self.error(seen, self.noise, rng) / forward
-        kept &= (measured >= self.nearest) & (measured <= self.farthest)
+        kept = kept & (measured >= self.nearest) & (measured <= self.farthest)
         points: Array = grid[kept] * measured[kept][:, None]
         return points
 
@@ -95,8 +95,9 @@ class Instrument:
 def _around(azimuths: Array, elevations: Array) -> Array:
     """Directions (rows, columns, 3), z up, one row for each elevation (radians)."""
     a, e = azimuths[None], elevations[:, None]
-    return np.stack([np.cos(a) * np.cos(e), np.sin(a) * np.cos(e),
-                     np.broadcast_to(np.sin(e), (len(elevations), len(azimuths)))], axis=-1)  # fmt: skip
+    level = np.cos(e)
+    up = np.broadcast_to(np.sin(e), (len(elevations), len(azimuths)))
+    return np.stack([np.cos(a) * level, np.sin(a) * level, up], axis=-1)
 
 
 @dataclass(frozen=True)

@@ -66,7 +66,7 @@ def _path(
 def _room(rng: np.random.Generator, plan: Plan, door: float, facing: int) -> list[Solid]:
     """A room with its door to the corridor, its windows opposite; `facing` is 1 to the north."""
     low, high = plan.lower, plan.upper
-    width, depth = high - low
+    width = high[0] - low[0]
     near, far = (low[1], high[1]) if facing > 0 else (high[1], low[1])
     left, right = (low[0], high[0]) if facing > 0 else (high[0], low[0])
     windows: Windows = []
@@ -88,7 +88,7 @@ def _room(rng: np.random.Generator, plan: Plan, door: float, facing: int) -> lis
     solids.append(between((hinge - 0.045, min(near, near + facing * 0.95), 0.01),
                           (hinge, max(near, near + facing * 0.95), 2.05)))  # fmt: skip
     plan.take(np.array([hinge - 0.02, near + facing * 0.5]), np.array([0.05, 1.0]))
-    return solids + _equipment(rng, plan) + _lamps(rng, low, high, rng.integers(2, 4))
+    return solids + _equipment(rng, plan) + _lamps(rng, low, high, int(rng.integers(2, 4)))
 
 
 def _equipment(rng: np.random.Generator, plan: Plan) -> list[Solid]:
@@ -123,8 +123,8 @@ def _corridor(rng: np.random.Generator, plan: Plan, doors: list[float]) -> list[
     wide = float(rng.uniform(0.8, 1.2))
     solids += plan.along_wall(rng, furniture.cupboard(rng, wide, 1.1), wide, 0.55)
     solids += plan.along_wall(rng, furniture.shelf(rng, 0.8, 1.8), 0.8, 0.34)
-    solids += plan.along_wall(rng, [box((0.6, 0.5, 1.0), (0, -0.25, 0)),
-                                    box((0.55, 0.45, 0.12), (0, -0.25, 1.0), tilt=6)], 0.6, 0.5)  # fmt: skip
+    lid = box((0.55, 0.45, 0.12), (0, -0.25, 1.0), tilt=6)
+    solids += plan.along_wall(rng, [box((0.6, 0.5, 1.0), (0, -0.25, 0)), lid], 0.6, 0.5)
     solids += plan.along_wall(rng, put(furniture.plant(rng), 0, -0.3), 0.5, 0.5)
     for x in rng.uniform(0.5, length - 0.5, size=2):
         solids.append(pillar(0.08, 0.5, (x, 0.09, 0.9)))

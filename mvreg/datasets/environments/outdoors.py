@@ -96,10 +96,10 @@ def car(rng: np.random.Generator) -> list[Solid]:
     low, high = -length / 2 + back, length / 2 - front
     cabin = prism([(low, waist), (high + 0.5, waist), (high - 0.1, top), (low + 0.25, top)],
                   width - 0.2)  # fmt: skip
-    wheels: list[Solid] = [
-        tube((x * length, side * (width / 2 - 0.2), 0.32), (x * length, side * width / 2, 0.32), 0.32)
-        for x in (-0.31, 0.31) for side in (-1, 1)
-    ]  # fmt: skip
+    wheels: list[Solid] = []
+    for x in (-0.31 * length, 0.31 * length):
+        for y in (-width / 2, width / 2):
+            wheels.append(tube((x, y - 0.2 * np.sign(y), 0.32), (x, y, 0.32), 0.32))
     mirrors = [box((0.12, 0.2, 0.14), (high, side * (width / 2 + 0.08), waist)) for side in (-1, 1)]
     return [box((length, width - 0.04, waist - 0.25), (0, 0, 0.25)), *put([cabin], 0, 0, turn=-90),
             *wheels, *mirrors]  # fmt: skip

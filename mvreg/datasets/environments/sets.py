@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mvreg.datasets.environments.base import Environment
-from mvreg.datasets.environments.errors import RangeError
+from mvreg.datasets.environments.effects import RangeError
 from mvreg.datasets.environments.instruments import (
     DepthCamera,
     Instrument,
@@ -137,7 +137,7 @@ class Desk(Environment):
         return around(self.scans, rng)
 
 
-def _settings(dataset: Environment) -> dict[str, float]:
+def _settings(dataset: Environment) -> dict[str, Any]:
     """What data sets and instruments call the same."""
     keys = ("rays", "noise", "mixed", "lost", "grazing", "nearest", "farthest")
     return {key: getattr(dataset, key) for key in keys}

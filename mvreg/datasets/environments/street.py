@@ -41,9 +41,8 @@ class Street:
         for _ in range(count):
             aside, height = rng.uniform(-0.4, 0.4), 1.9 + rng.normal(scale=0.01)
             yaw, pitch, roll = rng.normal(size=3) * [1.5, 0.6, 0.8]
-            sway = se3.from_parts(
-                turned(z=yaw, y=pitch, x=roll), np.array([0, aside - 1.2, height])
-            )
+            rotation: Array = turned(z=yaw, y=pitch, x=roll).astype(np.float64)
+            sway = se3.from_parts(rotation, np.array([0, aside - 1.2, height]))
             poses.append(frame(self.radius, way) @ sway)
             way += rng.uniform(3, 5)
         return poses

@@ -1,4 +1,4 @@
-"""A closed courtyard that is its own image under half a turn, but for a few small things: a trap."""
+"""A closed courtyard that is its own image under half a turn, but for small things: a trap."""
 
 from __future__ import annotations
 
@@ -86,10 +86,11 @@ def _middle(rng: np.random.Generator) -> list[Solid]:
 def _small_things(rng: np.random.Generator, plan: Plan) -> list[Solid]:
     """What tells one half of the yard from the other: a bucket, a ball, boxes."""
     solids: list[Solid] = []
-    for piece in (
+    pieces: list[list[Solid]] = [
         [pillar(0.16, 0.32, (0, 0, 0))], [ball((0.14, 0.14, 0.14), (0, 0, 0.14))],
         [box((0.5, 0.35, 0.3), (0, 0, 0)), box((0.35, 0.3, 0.25), (0.03, 0, 0.3), 20)],
         [box((0.3, 0.25, 0.5), (0, 0, 0), 15)],
-    ):  # fmt: skip
+    ]  # fmt: skip
+    for piece in pieces:
         solids += plan.anywhere(rng, piece, 0.5, 0.4)
     return solids

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mvreg.geometry.arrays import Flags
 from mvreg.types import Array
 
 #: A pixel is at an edge where the range jumps by more than this many times its width there; an
@@ -65,7 +66,8 @@ def farthest_neighbours(ranges: Array, wraps: bool) -> Array:
     around = np.where(np.isfinite(around), around, ranges)
     with np.errstate(invalid="ignore"):
         jumps = np.nan_to_num(np.abs(around - ranges), nan=0.0)
-    return np.take_along_axis(around, jumps.argmax(axis=0)[None], axis=0)[0]
+    farthest: Array = np.take_along_axis(around, jumps.argmax(axis=0)[None], axis=0)[0]
+    return farthest
 
 
 def mix(ranges: Array, width: float, share: float, wraps: bool, rng: np.random.Generator) -> Array:
@@ -92,8 +94,8 @@ def mix(ranges: Array, width: float, share: float, wraps: bool, rng: np.random.G
 
 
 def survivors(ranges: Array, cosines: Array, lost: float, grazing: float,
-              rng: np.random.Generator) -> Array:  # fmt: skip
-    """Which pixels come back (rows, columns), as flags.
+              rng: np.random.Generator) -> Flags:  # fmt: skip
+    """Which pixels come back (rows, columns).
 
     Parameters
     ----------
@@ -108,5 +110,4 @@ def survivors(ranges: Array, cosines: Array, lost: float, grazing: float,
     chances = np.full(ranges.shape, 1 - lost)
     if grazing < 90:
         chances *= np.clip((90 - angles) / (90 - grazing), 0, 1)
-    flags: Array = np.isfinite(ranges) & (rng.random(ranges.shape) < chances)
-    return flags
+    return np.isfinite(ranges) & (rng.random(ranges.shape) < chances)
