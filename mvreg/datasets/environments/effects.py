@@ -107,7 +107,7 @@ def survivors(ranges: Array, cosines: Array, lost: float, grazing: float,
         Angle of incidence (degrees) from which on more and more are lost, all at 90; 90 loses none.
     """
     angles = np.degrees(np.arccos(np.clip(cosines, 0, 1)))
-    chances = np.full(ranges.shape, 1 - lost)
+    chances = np.full(ranges.shape, 1.0 - lost)
     if grazing < 90:
         chances *= np.clip((90 - angles) / (90 - grazing), 0, 1)
     return np.isfinite(ranges) & (rng.random(ranges.shape) < chances)

@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from mvreg.datasets.environments import furniture
-from mvreg.datasets.environments.build import between, box, pillar, put, wall
+from mvreg.datasets.environments.build import between, box, pillar, put, tube, wall
 from mvreg.datasets.environments.plan import Plan, Site, dense
 from mvreg.datasets.environments.room import pictures, shell
 from mvreg.datasets.environments.scene import Scene
@@ -27,14 +27,14 @@ def office(variant: int) -> Site:
     The corridor is along x, from the origin, with its southern wall at y = 0.
     """
     rng = np.random.default_rng([variant, 0x0FF1])
-    length, width = rng.uniform(10.5, 12), rng.uniform(1.9, 2.2)
+    length, width = rng.uniform(11, 12.5), rng.uniform(2.3, 2.6)
     split = length * rng.uniform(0.42, 0.52)
-    north, south = rng.uniform(4.6, 5.4), rng.uniform(4.2, 5.0)
+    north, south = rng.uniform(4.0, 4.5), rng.uniform(4.2, 4.8)
     west_of_south = rng.uniform(2.5, 3.5)
     rooms = [
         (np.array([0, width + INNER]), np.array([split, width + INNER + north])),
         (np.array([split + INNER, width + INNER]), np.array([length, width + INNER + north])),
-        (np.array([west_of_south, -INNER - south]), np.array([west_of_south + 5.4, -INNER])),
+        (np.array([west_of_south, -INNER - south]), np.array([west_of_south + 6.0, -INNER])),
     ]
     shares = rng.uniform([0.3, 0.45, 0.3], [0.5, 0.65, 0.65])
     doors = [float(low[0] + share * (high[0] - low[0]))
@@ -88,18 +88,34 @@ def _room(rng: np.random.Generator, plan: Plan, door: float, facing: int) -> lis
     solids.append(between((hinge - 0.045, min(near, near + facing * 0.95), 0.01),
                           (hinge, max(near, near + facing * 0.95), 2.05)))  # fmt: skip
     plan.take(np.array([hinge - 0.02, near + facing * 0.5]), np.array([0.05, 1.0]))
-    return solids + _equipment(rng, plan) + _lamps(rng, low, high, int(rng.integers(2, 4)))
+    return [*solids, *_duct(rng, plan), *_equipment(rng, plan),
+            *_lamps(rng, low, high, int(rng.integers(2, 4)))]  # fmt: skip
+
+
+def _duct(rng: np.random.Generator, plan: Plan) -> list[Solid]:
+    """A beam and a duct below the ceiling of a room, across each other."""
+    (x, y), deep = rng.uniform(0.15, 0.85, 2) * (plan.upper - plan.lower), rng.uniform(0.2, 0.35)
+    left, front = plan.lower
+    right, back = plan.upper
+    return [
+        between((left + x - 0.15, front, HEIGHT - deep), (left + x + 0.15, back, HEIGHT)),
+        tube((left, front + y, HEIGHT - 0.25), (right, front + y, HEIGHT - 0.25), 0.16),
+    ]
 
 
 def _equipment(rng: np.random.Generator, plan: Plan) -> list[Solid]:
+    """What an office has along its walls, the largest first, and in its middle."""
     solids: list[Solid] = []
+    column = rng.uniform([0.35, 0.3], [0.6, 0.5])
+    solids += plan.along_wall(rng, [box((*column, HEIGHT), (0, -column[1] / 2, 0))], *column)
     for _ in range(2):
         wide = float(rng.uniform(1.4, 1.8))
         solids += plan.along_wall(rng, furniture.workplace(rng, wide), wide, 1.3)
-    wide, tall = rng.uniform([0.9, 1.6], [1.5, 2.1])
-    solids += plan.along_wall(rng, furniture.shelf(rng, wide, tall), wide, 0.34)
-    wide, tall = rng.uniform([0.8, 0.7], [1.2, 1.9])
-    solids += plan.along_wall(rng, furniture.cupboard(rng, wide, tall), wide, 0.55)
+    for _ in range(2):
+        wide, tall = rng.uniform([0.8, 1.2], [1.5, 2.1])
+        solids += plan.along_wall(rng, furniture.shelf(rng, wide, tall), wide, 0.34)
+        wide, tall = rng.uniform([0.7, 0.7], [1.2, 1.9])
+        solids += plan.along_wall(rng, furniture.cupboard(rng, wide, tall), wide, 0.55)
     solids += plan.along_wall(rng, put(furniture.plant(rng), 0, -0.32), 0.6, 0.62)
     wide = float(rng.uniform(1.2, 1.8))
     solids += plan.anywhere(rng, furniture.table(rng, wide, 0.8), wide, 0.8, turns=False)
@@ -120,15 +136,18 @@ def _corridor(rng: np.random.Generator, plan: Plan, doors: list[float]) -> list[
             (doors[0] - DOOR / 2, doors[0] + DOOR / 2, 0, 2.1),
             (doors[1] - DOOR / 2, doors[1] + DOOR / 2, 0, 2.1)], INNER - 0.01),
     ]  # fmt: skip
-    wide = float(rng.uniform(0.8, 1.2))
-    solids += plan.along_wall(rng, furniture.cupboard(rng, wide, 1.1), wide, 0.55)
-    solids += plan.along_wall(rng, furniture.shelf(rng, 0.8, 1.8), 0.8, 0.34)
+    for wide, tall in rng.uniform([0.7, 1.0], [1.3, 2.0], (3, 2)):
+        solids += plan.along_wall(rng, furniture.cupboard(rng, wide, tall), wide, 0.55)
+        solids += plan.along_wall(rng, furniture.shelf(rng, wide, tall), wide, 0.34)
+        column = rng.uniform([0.3, 0.15], [0.5, 0.4])
+        solids += plan.along_wall(rng, [box((*column, HEIGHT), (0, -column[1] / 2, 0))], *column)
     lid = box((0.55, 0.45, 0.12), (0, -0.25, 1.0), tilt=6)
     solids += plan.along_wall(rng, [box((0.6, 0.5, 1.0), (0, -0.25, 0)), lid], 0.6, 0.5)
     solids += plan.along_wall(rng, put(furniture.plant(rng), 0, -0.3), 0.5, 0.5)
     for x in rng.uniform(0.5, length - 0.5, size=2):
         solids.append(pillar(0.08, 0.5, (x, 0.09, 0.9)))
-    return solids + _lamps(rng, plan.lower, plan.upper, 3)
+    solids += pictures(plan, rng, 6)
+    return [*solids, *_duct(rng, plan), *_lamps(rng, plan.lower, plan.upper, 3)]
 
 
 def _lamps(rng: np.random.Generator, low: Array, high: Array, count: int) -> list[Solid]:

@@ -144,7 +144,10 @@ class Ellipsoid(Solid):
         return float(self.radii.max())
 
     def _clearance(self, points: Array) -> Array:
-        gaps: Array = (np.linalg.norm(points / self.radii, axis=1) - 1) * self.radii.min()
+        inner = (np.linalg.norm(points / self.radii, axis=1) - 1) * self.radii.min()
+        outer = np.linalg.norm(points, axis=1) - self.radii.max()
+        aside = (np.abs(points) - self.radii).max(axis=1)
+        gaps: Array = np.maximum(np.maximum(inner, outer), aside)
         return gaps
 
     def _cross(self, start: Array, rays: Array) -> tuple[Array, Array, Array]:
