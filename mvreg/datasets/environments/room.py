@@ -101,14 +101,15 @@ def _furniture(plan: Plan, rng: np.random.Generator) -> list[Solid]:
 
 
 def pictures(plan: Plan, rng: np.random.Generator, count: int) -> list[Solid]:
-    """Pictures and boards on the walls, some behind other things."""
+    """Pictures and boards on the walls, `count` at most, some behind other things."""
     solids: list[Solid] = []
     for _ in range(count):
         turn = SIDES[rng.integers(4)]
         place = rng.uniform(plan.lower + 0.7, plan.upper - 0.7)
         x = {-90.0: plan.upper[0], 90.0: plan.lower[0]}.get(turn, place[0])
         y = {0.0: plan.upper[1], 180.0: plan.lower[1]}.get(turn, place[1])
-        solids += put(furniture.picture(rng), x, y, turn=turn)
+        if np.linalg.norm(plan.path - (x, y), axis=1).min() > 1.15:  # else it may bar a door
+            solids += put(furniture.picture(rng), x, y, turn=turn)
     return solids
 
 

@@ -63,6 +63,7 @@ class Office(Stationary):
     """Three rooms and a corridor, joined by open doors, scanned all around from tripods."""
 
     scans: int = 16
+    rays: int = 20_000
 
     def site(self) -> Site:
         """The office."""

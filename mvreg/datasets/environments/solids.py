@@ -94,15 +94,14 @@ class Polyhedron(Solid):
         return gaps
 
     def _cross(self, start: Array, rays: Array) -> tuple[Array, Array, Array]:
-        slopes = rays @ self.normals.T
+        slopes = self.normals @ rays.T  # one row for each face: such rows are fast
         slopes[slopes == 0] = FLAT
-        ranges = (self.offsets - self.normals @ start) / slopes
+        ranges = (self.offsets - self.normals @ start)[:, None] / slopes
         inwards = slopes < 0
-        leave: Array = np.where(inwards, np.inf, ranges).min(axis=1)
+        leave: Array = np.where(inwards, np.inf, ranges).min(axis=0)
         ranges[~inwards] = -np.inf
-        face = ranges.argmax(axis=1)[:, None]
-        cosines: Array = -np.take_along_axis(slopes, face, axis=1)[:, 0]
-        return np.take_along_axis(ranges, face, axis=1)[:, 0], leave, cosines
+        face, each = ranges.argmax(axis=0), np.arange(len(rays))
+        return ranges[face, each], leave, -slopes[face, each]
 
 
 @dataclass(frozen=True, eq=False)
