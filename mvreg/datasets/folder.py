@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from mvreg.datasets.base import ScanSource
+from mvreg.datasets.no_returns import remark_on_zeros, without_zeros
 from mvreg.errors import InputError
-from mvreg.io import SUPPORTED, read_points, read_poses
+from mvreg.io import SUPPORTED, read_cloud, read_poses
 from mvreg.parallel import in_threads
 from mvreg.types import Array, Scan, ScanSet
 
@@ -20,7 +21,14 @@ from mvreg.types import Array, Scan, ScanSet
 class Folder(ScanSource):
     """Every readable file in a folder, sorted as people count: scan2 before scan10.
 
-    Where the sensor stood is unknown, so the scans have no view direction.
+    Where the sensor stood is known where `sensor` or the file says it. Of the formats only PCD
+    can, by VIEWPOINT: its translation is the sensor's position in the coordinates of the points.
+    The default, ``0 0 0 1 0 0 0``, says nothing, because most writers write it regardless; if the
+    sensor is at the origin, say ``sensor=origin``. Some writers mean by VIEWPOINT how the points
+    are still to be moved: then say ``origin`` or ``unknown``.
+
+    Points at exactly 0, 0, 0 of which a scan has several are dropped with a remark: some sensors
+    write them where nothing came back.
 
     Parameters
     ----------
@@ -67,9 +75,14 @@ class Folder(ScanSource):
             raise InputError("dataset=folder needs the folder with your scans: dataset.path=DIR")
         folder = Path(self.path).expanduser()
         files = self._files(folder)
-        scans = _read_all(files)
+        read = _read_all(files)
+        scans = tuple(each.scan for each in read)
         poses = self._poses(folder, [scan.name for scan in scans]) if self.ground_truth else None
-        return ScanSet(self.name, scans, self.unit, poses)
+        return ScanSet(
+            self.name, scans, self.unit, poses,
+            sensors={scan.name: "file" for scan in scans if scan.knows_sensor},
+            remarks=remark_on_zeros({each.scan.name: each.dropped for each in read}),
+        )  # fmt: skip
 
     def _files(self, folder: Path) -> list[Path]:
         try:
@@ -111,7 +124,15 @@ def natural(name: str) -> tuple[list[tuple[int, str]], str]:
     return [(int(part), "") if part.isdecimal() else (-1, part) for part in parts], name
 
 
-def _read_all(files: list[Path]) -> tuple[Scan, ...]:
+@dataclass(frozen=True)
+class _Read:
+    """A scan as read, and how many of its points were `dropped`."""
+
+    scan: Scan
+    dropped: int
+
+
+def _read_all(files: list[Path]) -> list[_Read]:
     """Read every file, and report all that cannot be read at once."""
     found = in_threads(_read, files)
     errors = [f"  {each}" for each in found if isinstance(each, InputError)]
@@ -122,14 +143,16 @@ def _read_all(files: list[Path]) -> tuple[Scan, ...]:
                 "leave them out by dataset.pattern:", *errors,
             ])
         )  # fmt: skip
-    return tuple(each for each in found if isinstance(each, Scan))
+    return [each for each in found if isinstance(each, _Read)]
 
 
-def _read(file: Path) -> Scan | InputError:
+def _read(file: Path) -> _Read | InputError:
     try:
-        return Scan(file.name, read_points(file))
+        cloud = read_cloud(file)
+        points, dropped = without_zeros(cloud.points, file)
     except InputError as error:
         return error
+    return _Read(Scan(file.name, points, view_point=cloud.view_point), dropped)
 
 
 def _few(names: list[str]) -> str:

@@ -249,14 +249,14 @@ def test_the_bare_class_is_no_data_set(rng: np.random.Generator) -> None:
 
 def folder_of(path: Path, *names: str) -> Path:
     for i, name in enumerate(names):
-        write_ply(path / name, np.full((4, 3), float(i)))
+        write_ply(path / name, np.full((4, 3), 1.0 + i))
     return path
 
 
 def test_a_folder_is_read_as_people_count(tmp_path: Path, rng: np.random.Generator) -> None:
     path = folder_of(tmp_path / "mine", "scan10.ply", "scan2.PLY", "Scan1.ply", ".hidden.ply")
     (path / "b.xyz").write_text("1 2 3\n")
-    np.save(path / "a.npy", np.zeros((3, 3)))
+    np.save(path / "a.npy", np.ones((3, 3)))
     for ignored in ("truth.conf", "result.json", "README.md", "Makefile"):
         (path / ignored).write_text("no scan")
     (path / "folder.ply").mkdir()
