@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
@@ -34,6 +35,9 @@ class Folder(ScanSource):
     ----------
     path : str
         The folder; required.
+    path_in : str
+        For presets: the environment variable that names the folder in which a relative `path` is;
+        empty for the current folder.
     ground_truth : str
         A Stanford ``.conf``, a JSON of poses or a run's ``result.json``, in the unit of the
         files; a relative name is looked for here and then in the folder. Optional.
@@ -47,6 +51,7 @@ class Folder(ScanSource):
     ground_truth: str = ""
     pattern: str = "*"
     unit: str = "file"
+    path_in: str = ""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -73,7 +78,7 @@ class Folder(ScanSource):
         """
         if not self.path:
             raise InputError("dataset=folder needs the folder with your scans: dataset.path=DIR")
-        folder = Path(self.path).expanduser()
+        folder = self._folder()
         files = self._files(folder)
         read = _read_all(files)
         scans = tuple(each.scan for each in read)
@@ -83,6 +88,21 @@ class Folder(ScanSource):
             sensors={scan.name: "file" for scan in scans if scan.knows_sensor},
             remarks=remark_on_zeros({each.scan.name: each.dropped for each in read}),
         )  # fmt: skip
+
+    def _folder(self) -> Path:
+        path = Path(self.path).expanduser()
+        if path.is_absolute() or not self.path_in:
+            return path
+        above = os.environ.get(self.path_in, "")
+        if above and (Path(above).expanduser() / path).is_dir():
+            return Path(above).expanduser() / path
+        state = f"is {above!r} and has none" if above else "is not set"
+        raise InputError(
+            f"dataset={self.name} is not on this machine: its scans are in {self.path} in the "
+            f"folder that the environment variable {self.path_in} names, which {state}. Set "
+            f"{self.path_in}, or set dataset.path to the full name of the folder with the scans, "
+            "or go on with dataset=figurine, which needs no files."
+        )
 
     def _files(self, folder: Path) -> list[Path]:
         try:
