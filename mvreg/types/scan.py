@@ -124,6 +124,8 @@ class ScanSet:
     them into one frame is wrong. None where all scans are of one object.
     `motions` maps the names of scans that were moved since they were read to ``T_scan_read``
     (4, 4): errors are reported for the frames that the files have.
+    `sensors` maps the names of scans whose sensor the ``file`` or the ``user`` told to that word.
+    `remarks` are sentences on what was done to the scans when they were read.
     """
 
     name: str
@@ -132,6 +134,8 @@ class ScanSet:
     poses: Mapping[str, Array] | None = None
     objects: Mapping[str, str] | None = None
     motions: Mapping[str, Array] = field(default_factory=dict)
+    sensors: Mapping[str, str] = field(default_factory=dict)
+    remarks: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if self.poses is not None:
@@ -139,6 +143,14 @@ class ScanSet:
         if self.objects is not None:
             checks.instance("ScanSet.objects", self.objects, Mapping)
         checks.keep(self, motions=checks.named_poses("ScanSet.motions", self.motions))
+        checks.instance("ScanSet.sensors", self.sensors, Mapping)
+        checks.instance("ScanSet.remarks", self.remarks, tuple)
+
+    def sensor_of(self, scan: Scan) -> str:
+        """Who told where the scan's sensor was: ``file``, ``user``, ``data set`` or ``unknown``."""
+        if not scan.knows_sensor:
+            return "unknown"
+        return self.sensors.get(scan.name, "data set")
 
     def as_read(self, poses: Mapping[str, Array]) -> dict[str, Array]:
         """Poses ``T_any_scan`` (4, 4) as those of the same scans before they were moved."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import Enum
 
 import numpy as np
 
@@ -12,13 +11,6 @@ from mvreg.datasets.environments.instruments import Instrument
 from mvreg.datasets.environments.scene import Scene
 from mvreg.errors import InputError
 from mvreg.types import Array, Scan, ScanSet
-
-
-class Sensor(Enum):
-    """Whether scans tell where their sensor was."""
-
-    known = "known"
-    unknown = "unknown"
 
 
 @dataclass(frozen=True)
@@ -44,8 +36,6 @@ class Environment(ScanSource):
         Angle of incidence (degrees) from which on more and more points are lost; 90 loses none.
     nearest, farthest : float
         Ranges that are not between these are lost (m).
-    sensor : Sensor
-        ``known``: scans have a `view_point`; ``unknown``: they have none, as in a folder of points.
     variant : int
         Another number, another scene of the kind.
     """
@@ -58,16 +48,10 @@ class Environment(ScanSource):
     grazing: float = 82.0
     nearest: float = 0.5
     farthest: float = 100.0
-    sensor: Sensor = Sensor.known
     variant: int = 0
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        try:
-            object.__setattr__(self, "sensor", Sensor(self.sensor))
-        except ValueError:
-            options = ", ".join(sensor.value for sensor in Sensor)
-            raise InputError(f"dataset.sensor={self.sensor!r}: expected one of {options}") from None
         checks = {
             "scans": (self.scans >= 1, "1 or more"), "rays": (self.rays >= 500, "500 or more"),
             "noise": (self.noise >= 0, "0 or more"), "mixed": (0 <= self.mixed <= 1, "0 to 1"),
@@ -102,10 +86,9 @@ class Environment(ScanSource):
         scene, instrument = self.scene(), self._instrument()
         poses: dict[str, Array] = {}
         scans: list[Scan] = []
-        origin = np.zeros(3) if self.sensor is Sensor.known else None
         for index, pose in enumerate(self._stations(rng)):
             name = f"{self.name}_{index:02d}"
-            scans.append(Scan(name, instrument(scene, pose, rng), view_point=origin))
+            scans.append(Scan(name, instrument(scene, pose, rng), view_point=np.zeros(3)))
             poses[name] = pose
         return ScanSet(self.name, tuple(scans), "m", poses)
 
