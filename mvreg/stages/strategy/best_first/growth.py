@@ -9,11 +9,16 @@ import numpy as np
 
 from mvreg.contracts import Pipeline
 from mvreg.evidence.pairing import view_pairs
-from mvreg.stages.strategy.best_first.hypotheses import Agreement, Hypotheses
+from mvreg.stages.strategy.best_first.hypotheses import (
+    LEAST_PROBABILITY,
+    Agreement,
+    Hypotheses,
+)
 from mvreg.stages.strategy.best_first.joint_verdict import checked_for_symmetry, together
 from mvreg.stages.strategy.best_first.loop_closure import LoopClosure
 from mvreg.stages.strategy.best_first.outcome import outcome
 from mvreg.stages.strategy.best_first.search import Search
+from mvreg.stages.strategy.best_first.symmetry import symmetry_hypotheses
 from mvreg.types import Array, Edge, Pair, Registration, Verdict, View, ViewGraph
 
 #: Alternatives of an attempt that are looked at.
@@ -98,8 +103,12 @@ class Growth:
         attempt: int,
     ) -> None:
         """Keep what a pair that was refused may yet be right in."""
-        poses = [registration.T_target_source, *registration.alternatives[:ALTERNATIVES]]
         judge = self.pipeline.judge
+        pose = registration.T_target_source
+        found = together(judge, view_pairs(moving, staying, pose)).probability
+        poses = [pose, *registration.alternatives[:ALTERNATIVES]]
+        if found >= LEAST_PROBABILITY:
+            poses += list(symmetry_hypotheses(registration, moving, staying, self.pipeline.refine))
         poses = self.hypotheses.different(source, poses)
         likely = [together(judge, view_pairs(moving, staying, pose)).probability for pose in poses]
         self.hypotheses.add(source, target, poses, likely, attempt)

@@ -1,7 +1,8 @@
-"""Symmetry hypotheses: poses in which the source, rotated about an axis, fits about as well.
+"""Symmetry hypotheses: poses in which the source, turned or slid, fits about as well.
 
-A box fits itself turned by half a turn, a prism by less. A search that finds one of these poses may
-not have come across the others; so they are made, and refined, before the pose is relied on.
+A box fits itself turned by half a turn, a prism by less; a corridor or a row of windows fits itself
+slid along. A search that finds one of these poses may not have come across the others; so they are
+made, and refined, before the pose is relied on.
 """
 
 from __future__ import annotations
@@ -23,22 +24,26 @@ TURNS = (72.0, 120.0, 180.0)
 #: where exact scans count as if they fitted to a third of a resolution. The right pose of a box,
 #: with less overlap than a wrong one, had four times as much.
 AS_GOOD, FINEST = 10.0, 0.3
+#: A view slides along an axis if its normals' mean squared share along it is less (a sphere has a
+#: third), in steps of so many spacings of the keypoints, in so many steps at most each way.
+WEAK, SLIDE, MOST_SLIDES = 0.2, 1.5, 12
 
 
 def symmetry_hypotheses(
     registration: Registration, source: View, target: View, refine: Refine
 ) -> Array:
-    """Poses in which the source, turned about the axes of what is seen, fits about as well.
+    """Poses in which the source, turned or slid on what is seen, fits about as well.
 
     The axes are those of the normals' scatter: of a box they are its edges. They meet in the middle
     of the extent of both views along them, which of a box seen from enough sides is its middle.
+    Slides are along the axis that fewest normals point along.
 
     Parameters
     ----------
     registration : Registration
     source, target : View
     refine : Refine
-        Refines the turned poses, on few points.
+        Refines these poses, on few points.
 
     Returns
     -------
@@ -48,7 +53,9 @@ def symmetry_hypotheses(
     if not len(source.points) or not len(target.points):
         return np.empty((0, 4, 4))
     pose = registration.T_target_source
-    starts = [turn @ pose for turn in _turns(source, target, pose)]
+    starts = [
+        motion @ pose for motion in (*_turns(source, target, pose), *_slides(source, target, pose))
+    ]
     _ = target.tree  # built once, before the threads ask for it
     for step, slack in (
         (COARSE_STEP, MAX_OBJECTIVE_RATIO),
@@ -66,9 +73,7 @@ def symmetry_hypotheses(
 
 def _turns(source: View, target: View, pose: Array) -> list[Array]:
     """Motions (4, 4) in the target's frame: every turn about every axis."""
-    points = np.concatenate([se3.apply(pose, source.points), target.points])
-    normals = np.concatenate([source.normals @ pose[:3, :3].T, target.normals])
-    axes = np.linalg.eigh(normals.T @ normals)[1].T
+    points, _, axes = _seen(source, target, pose)
     along = points @ axes.T
     middle = (along.min(axis=0) + along.max(axis=0)) / 2 @ axes
     found = []
@@ -77,3 +82,31 @@ def _turns(source: View, target: View, pose: Array) -> list[Array]:
             turn = se3.exp(np.concatenate([np.deg2rad(degrees) * axis, np.zeros(3)]))[:3, :3]
             found.append(se3.from_parts(turn, middle - turn @ middle))
     return found
+
+
+def _slides(source: View, target: View, pose: Array) -> list[Array]:
+    """Motions (4, 4) in the target's frame along the axis that normals hold least, if they do not.
+
+    So far apart that a refinement finds what is between two of them, and up to half of the extent.
+    """
+    points, normals, axes = _seen(source, target, pose)
+    weakest = axes[0]
+    if ((normals @ weakest) ** 2).mean() > WEAK:
+        return []
+    extent = float(np.ptp(points @ weakest)) / 2
+    step = max(SLIDE * source.scale.spacing, extent / MOST_SLIDES)
+    found = []
+    for shift in np.arange(step, extent, step):
+        for sign in (-1.0, 1.0):
+            found.append(se3.from_parts(np.eye(3), sign * shift * weakest))
+    return found
+
+
+def _seen(source: View, target: View, pose: Array) -> tuple[Array, Array, Array]:
+    """Points and normals of both views in the target's frame, and the axes of their normals.
+
+    Of the axes (3, 3), in rows, the first is that along which fewest normals point.
+    """
+    points = np.concatenate([se3.apply(pose, source.points), target.points])
+    normals = np.concatenate([source.normals @ pose[:3, :3].T, target.normals])
+    return points, normals, np.linalg.eigh(normals.T @ normals)[1].T
