@@ -63,7 +63,7 @@ def _things(rng: np.random.Generator, width: float, depth: float) -> list[Solid]
     solids.append(box((0.42, 0.14, 0.025), (keyboard, -depth * 0.28, TOP), rng.uniform(-8, 8)))
     solids.append(ball((0.035, 0.055, 0.03), (keyboard + 0.3, -depth * 0.28, TOP + 0.01)))
     solids.append(box((0.21, 0.29, 0.012), (-0.42, -depth * 0.25, TOP), rng.uniform(-40, 40)))
-    places = [(-0.36, 0.22), (0.36, 0.2), (-0.38, -0.05), (0.38, -0.12)]
+    places = [(-0.36, 0.28), (0.36, 0.26), (-0.36, -0.22), (0.36, -0.24)]
     for slot, piece in zip(slots, pieces, strict=True):
         x, y = places[slot]
         solids += put(piece(rng), x * width, y * depth, TOP, rng.uniform(-25, 25))

@@ -145,7 +145,8 @@ def _corridor(rng: np.random.Generator, plan: Plan, doors: list[float]) -> list[
     solids += plan.along_wall(rng, [box((0.6, 0.5, 1.0), (0, -0.25, 0)), lid], 0.6, 0.5)
     solids += plan.along_wall(rng, put(furniture.plant(rng), 0, -0.3), 0.5, 0.5)
     for x in rng.uniform(0.5, length - 0.5, size=2):
-        solids.append(pillar(0.08, 0.5, (x, 0.09, 0.9)))
+        if abs(x - doors[2]) > DOOR:
+            solids.append(pillar(0.08, 0.5, (x, 0.09, 0.9)))
     solids += pictures(plan, rng, 6)
     return [*solids, *_duct(rng, plan), *_lamps(rng, plan.lower, plan.upper, 3)]
 

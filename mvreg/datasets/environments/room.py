@@ -88,7 +88,7 @@ def _furniture(plan: Plan, rng: np.random.Generator) -> list[Solid]:
     solids: list[Solid] = []
     wide = float(rng.uniform(1.6, 2.2))
     solids += plan.along_wall(rng, furniture.sofa(rng, wide), wide, 0.85)
-    for _ in range(2):
+    for _ in range(3):
         wide, tall = rng.uniform([0.9, 1.5], [1.6, 2.2])
         solids += plan.along_wall(rng, furniture.shelf(rng, wide, tall), wide, 0.34)
         wide, tall = rng.uniform([0.8, 0.7], [1.4, 2.0])
@@ -97,7 +97,8 @@ def _furniture(plan: Plan, rng: np.random.Generator) -> list[Solid]:
     solids += plan.along_wall(rng, boxed, 0.6, 0.6)
     solids += plan.along_wall(rng, put(furniture.floor_lamp(), 0, -0.22), 0.44, 0.44)
     solids += plan.along_wall(rng, [box((0.4, 0.35, 0.5), (0, -0.2, 0))], 0.5, 0.4)
-    return solids + pictures(plan, rng, 4)
+    solids += plan.anywhere(rng, furniture.chair(), 0.45, 0.5)
+    return solids + pictures(plan, rng, 5)
 
 
 def pictures(plan: Plan, rng: np.random.Generator, count: int) -> list[Solid]:

@@ -32,6 +32,8 @@ STRUCTURED_LIGHT = RangeError(constant=0.001, quadratic=0.0015, disparity=0.0029
 class Stationary(Environment):
     """A site that a laser scanner on a tripod, levelled, is carried through."""
 
+    rays: int = 20_000
+
     def site(self) -> Site:
         """The scene, and the path of the scanner; for subclasses to define."""
         raise NotImplementedError
@@ -63,7 +65,6 @@ class Office(Stationary):
     """Three rooms and a corridor, joined by open doors, scanned all around from tripods."""
 
     scans: int = 16
-    rays: int = 20_000
 
     def site(self) -> Site:
         """The office."""
@@ -77,7 +78,6 @@ class Yard(Stationary):
     """A closed courtyard, the same after half a turn but for a few small things: a trap."""
 
     scans: int = 8
-    rays: int = 20_000
 
     def site(self) -> Site:
         """The yard."""
