@@ -122,7 +122,7 @@ class Pipeline:
 
         def described(scan: Scan, sample: Sample, resolution: float) -> View:
             features = describe(scan, sample.keypoints, spacing)
-            normals = facing_normals(scan, sample.points, features)
+            normals = facing_normals(scan, sample.points, features, resolution)
             return View(scan.name, sample.points, normals, features, resolution, scale, scan)
 
         views = []
