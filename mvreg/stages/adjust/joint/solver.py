@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mvreg.geometry import se3
-from mvreg.kernels import joint
+from mvreg.kernels import residuals as kernel
 from mvreg.stages.adjust.joint.correspondences import Contacts, Gate, contacts, touching
 from mvreg.stages.adjust.joint.covariance import covariances
 from mvreg.stages.adjust.joint.normal_equations import CUT, Frame, Rows, System, rows, spread
@@ -113,7 +113,7 @@ class Solver:
     def farthest(self, before: Array, after: Array) -> float:
         """How far any sample has moved, in resolutions."""
         moves = [
-            joint.farthest(s.points, old, new)
+            kernel.farthest(s.points, old, new)
             for s, old, new in zip(self.surfaces, before, after, strict=True)
         ]
         return max(moves) / self.resolution
