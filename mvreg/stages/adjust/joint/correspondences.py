@@ -88,7 +88,7 @@ def touching(surfaces: Sequence[Surface], motions: Array, reach: float) -> list[
 def contacts(
     surfaces: Sequence[Surface], motions: Array, pairs: Sequence[tuple[int, int]], gate: Gate
 ) -> Contacts:
-    """What lies on what, both ways, for every one of `pairs` that touches enough.
+    """The contacts of each of `pairs`, in both directions, for those with enough of them.
 
     Samples find the nearest patch; both must be whole, and the normals agree. The ways come in the
     order of `pairs`.

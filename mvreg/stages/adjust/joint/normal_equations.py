@@ -98,7 +98,7 @@ def rows(
 
 
 def spread(residuals: Array) -> float:
-    """The residuals' standard deviation, by their median, in their unit."""
+    """A robust standard deviation of the residuals, from their median absolute value."""
     sizes = np.abs(residuals)
     half = len(sizes) // 2
     sizes.partition(half)  # `np.median` takes three times as long
@@ -162,7 +162,7 @@ class System:
         return cls(normal, gradient.ravel(), place)
 
     def solver(self) -> Callable[[Array], Array]:
-        """What solves the damped equations for right sides (6 F,) or (6 F, r)."""
+        """A solver of the damped equations for right-hand sides (6 F,) or (6 F, r)."""
         return solver(self.normal, DAMPING)
 
     def step(self) -> Array:

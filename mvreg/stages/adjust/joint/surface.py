@@ -151,7 +151,7 @@ def _surface(view: View, dense: bool) -> Surface:
 
 
 def _fitted(tree: Tree, count: int, samples: Array, facing: Array, oriented: bool) -> Surface:
-    """Patches through the `count` raw points of a tree about each sample, by least squares."""
+    """Patches fitted by least squares to the `count` raw points nearest to each sample."""
     axes = axes_about(facing)
     found = fit.fit(tree, samples, axes, count, RIDGE)
     reach = found.reach
