@@ -49,7 +49,7 @@ test-all: lint ## Everything: also the documents' commands, the peers and the lo
 	@$(python) -m pytest -n 2 --tier all
 
 coverage: $(stamp) ## The tests of `make test` again, saying which lines of mvreg and its plugins ran
-	@echo '==> coverage'
+	@echo '==> coverage$(if $(MVREG_DATA),, (MVREG_DATA is not set: tests on real scans are skipped))'
 	@$(python) -m pytest -n 2 --tier test --cov --cov-report=term:skip-covered
 
 docs: $(stamp) ## Put the code that the documents include into them again, and list what is public
@@ -58,7 +58,7 @@ docs: $(stamp) ## Put the code that the documents include into them again, and l
 
 clean: ## Remove the environment and what tools left behind; keep runs
 	rm -rf $(VENV) build dist *.egg-info plugins/*/*.egg-info
-	rm -rf .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf .mypy_cache .ruff_cache .pytest_cache .hypothesis .coverage*
 
 # Again whenever what is to be installed may have changed. Where Python comes without ensurepip, as
 # on Debian, its own pip fills the environment.

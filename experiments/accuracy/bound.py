@@ -1,4 +1,4 @@
-"""How near adjust=joint comes to the Cramer-Rao bound, on scans whose poses are known exactly.
+"""How close adjust=joint comes to the Cramer-Rao bound, on synthetic scans with exact poses.
 
     python -m experiments.accuracy.bound                        # all shapes: half an hour
     python -m experiments.accuracy.bound --shapes blob-0 --runs 1
@@ -43,20 +43,21 @@ HEAD = """# The noise limit
 
 `python -m experiments.accuracy.bound`, mvreg {version}, {date}.
 
-Twelve scans of 30,000 points of shapes that exist in code only, with exact poses, Gaussian noise of
-the range, and no rounding. `adjust=joint` from the true poses, turned by 1 degree and shifted by 1
-resolution, and from what the default method finds by itself. Errors are the RMS displacement of the
-scans' points against the truth, in the first scan's frame, mm, RMS over {runs} draws of noise and
-viewpoints (the method: the first draw). The bound is what the inverse of the information matrix
-leaves to any unbiased estimate that knows the noise of every ray, but not the surface. "Reported"
-is what `Result.covariances` say, without any truth; "dense" is with `adjust.dense=true`.
+Twelve scans of 30,000 points of synthetic shapes, with exact poses, Gaussian range noise and no
+quantisation. `adjust=joint` starts from the true poses perturbed by 1 degree and 1 resolution, and
+from the result of the default method. Errors are the RMS displacement of the scans' points against
+ground truth in the frame of the first scan (mm), RMS over {runs} draws of noise and viewpoints (for
+the method: the first draw). The bound is the Cramer-Rao bound of an unbiased estimator that knows
+the noise of every ray but not the surface, from the inverse of the Fisher information matrix.
+"Reported" is computed from `Result.covariances`, without ground truth; "dense" is with
+`adjust.dense=true`.
 
-With the noise the error goes down to what the sampling of the surface leaves: a patch of about 30
-points is a paraboloid, and relief finer than that is not described by it. That is the error without
-noise; points are about 0.5 mm apart. Where noise rules, what separates the error from the bound is
-that the refinement knows the noise of no ray, and trusts grazing ones less, as real scanners ask
-for, though here they tell the most about where a surface is; the thinning to one sample in ten (see
-"dense"); and the robust kernel, which gives away a tenth.
+As the noise decreases, the error approaches a floor set by the sampling of the surface: a patch of
+about 30 points is a paraboloid and cannot model finer relief. That floor is the error without
+noise; the point spacing is about 0.5 mm. Where noise dominates, the gap between error and bound has
+three causes: the refinement does not know the noise of each ray, and gives grazing rays less
+weight, which suits real scanners although here these constrain the surface most; it uses one sample
+in ten (see "dense"); and the robust kernel costs a tenth in efficiency.
 
 | shape | noise | bound | error | error / bound | dense / bound | from the method | reported |
 |---|---|---|---|---|---|---|---|

@@ -23,7 +23,7 @@ ASKED = 200
 
 
 def bound(views: Sequence[View], truth: Mapping[str, Array], noise: float) -> dict[str, Array]:
-    """Least covariance (6, 6) of each pose but the first that any unbiased estimate can have.
+    """Lower bound on the covariance (6, 6) of every unbiased estimate of each pose but the first.
 
     What is known: ranges with Gaussian noise, along known rays, of a smooth surface that is itself
     unknown. A surface element that scans k see with the precisions ``q_k = d_k / (noise cos)^2``

@@ -1,4 +1,4 @@
-"""How far apart descriptors of each kind lie, and how tolerant of it the matching may be.
+"""The spread of each kind of descriptor, and the sensitivity to the matching tolerance.
 
     python -m experiments.accuracy.descriptor_spread tiny figurine bunny dragon buddha
 
@@ -35,11 +35,11 @@ HEAD = """# The spread of descriptors
 
 `python -m experiments.accuracy.descriptor_spread {names}`, mvreg {version}, {date}.
 
-The spread is the radius of the ball about the component-wise median that holds three quarters of
-the descriptors. "Over all" is of the descriptors of all scans together, "scan by scan" of each by
-itself: what is estimated where a stage declares no spread. The last columns are the scans that the
-default method places with that stage, and the attempts that it takes, where descriptors may differ
-by that many spreads. {wrong}
+The spread is the radius of the ball about the component-wise median that contains three quarters
+of the descriptors. "Over all" is computed from the descriptors of all scans together, "scan by
+scan" from each scan alone, as it is estimated where a stage declares no spread. The last columns
+give the number of scans that the default method places with that stage, and of pairs attempted, for
+each tolerance on the descriptors (in spreads). {wrong}
 
 | scans | describe | over all | scan by scan | declared | {columns} |
 |---|---|---|---|---|{rule}|

@@ -1,4 +1,4 @@
-"""How far the ground truth of the Stanford scans is from the optimum of the scans themselves.
+"""The distance of the Stanford ground truth from the poses at which the scans fit best.
 
     python -m experiments.accuracy.floor bunny dragon buddha
 
@@ -35,15 +35,16 @@ HEAD = """# The floor: how far the ground truth can be trusted
 
 `python -m experiments.accuracy.floor {names}`, mvreg {version}, {date}.
 
-Motion averaging over all pairs that overlap, measured with point-to-plane ICP against all raw
-points, started from the `.conf` poses and from the same poses turned by {degrees:g} degree and
-shifted by {resolutions:g} resolution, each scan in a direction of its own. e_R and e_t are against
-the `.conf`, in the frame of the first scan, means over the scans; e_t in mm. Consistency is the
-point-to-plane distance of overlapping surfaces in resolutions, median / RMS: it asks no truth.
+Motion averaging over all overlapping pairs, registered by point-to-plane ICP against all raw
+points, starting from the `.conf` poses and from the same poses rotated by {degrees:g} degree and
+translated by {resolutions:g} resolution, each scan in a random direction. e_R and e_t are relative
+to the `.conf` poses in the frame of the first scan, averaged over the scans; e_t in mm. Consistency
+is the point-to-plane distance between overlapping surfaces in resolutions, median / RMS; it needs
+no ground truth.
 
-The poses that the scans themselves ask for are as far from the `.conf` as the rows "optimum" say,
-and fit the scans better than the `.conf` does; where the search starts makes little difference. A
-method whose errors are no larger than that cannot be told from one without any.
+The rows "optimum" give the distance from the `.conf` poses to those at which the scans fit best;
+the latter fit better than the `.conf` poses, and hardly depend on the starting point. Errors below
+this distance cannot be attributed to a method: they are within the uncertainty of the ground truth.
 
 | | poses | e_R | e_t | consistency |
 |---|---|---|---|---|
@@ -53,7 +54,7 @@ method whose errors are no larger than that cannot be told from one without any.
 def spoilt(
     poses: Mapping[str, Array], views: list[View], rng: np.random.Generator
 ) -> dict[str, Array]:
-    """Poses off by a turn about the middle of the scan and a shift; the first view's stays."""
+    """Poses, all but the first, rotated about the scans' centroids and translated a little."""
     found = dict(poses)
     for view in views[1:]:
         axis, way = (x / np.linalg.norm(x) for x in rng.normal(size=(2, 3)))

@@ -1,4 +1,4 @@
-"""Scans correctly placed, false positives, and not placed, by the truth of each object.
+"""Count scans placed correctly, placed wrongly (false positives) and not placed, by ground truth.
 
     python -m experiments.accuracy.placements runs/experiments/orders/*
 

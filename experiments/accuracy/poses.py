@@ -1,9 +1,9 @@
-"""Write down the poses that methods find, or compare them with those written before, bit for bit.
+"""Save the poses that methods find, or compare them with saved ones, bit for bit.
 
     python -m experiments.accuracy.poses write before.npz     # with the code as it was
     python -m experiments.accuracy.poses compare before.npz   # with the code as it is
 
-For a change that must not change an answer. The file has an array per data set, method and scan.
+For changes that must not affect results. The file has one array per data set, method and scan.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def each(datasets: list[str], methods: list[str]) -> Iterator[tuple[str, dict[st
 
 
 def difference(before: dict[str, Array], after: dict[str, Array]) -> str:
-    """What has changed, in words; empty if every bit is the same."""
+    """Describe the difference; empty if all poses are bitwise equal."""
     if before.keys() != after.keys():
         lost, new = sorted(before.keys() - after.keys()), sorted(after.keys() - before.keys())
         return f"placed no more: {', '.join(lost) or 'none'}; newly: {', '.join(new) or 'none'}"
@@ -54,7 +54,7 @@ def difference(before: dict[str, Array], after: dict[str, Array]) -> str:
 
 
 def main() -> int:
-    """Write or compare; 1 if something has changed."""
+    """Write or compare; exit code 1 on any difference."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("action", choices=["write", "compare"])
     parser.add_argument("file", type=Path)

@@ -1,4 +1,4 @@
-"""One measured run in a process of its own: what a benchmark starts again and again.
+"""One timed run in its own process, started by the benchmarks.
 
     python -m experiments.bench.child '{"method": "fcpma", "dataset": "bunny"}' answer.json
 
@@ -79,7 +79,7 @@ def source_of(spec: Mapping[str, Any]) -> Callable[[], ScanSet]:
 
 
 def registered(spec: Mapping[str, Any], scanset: ScanSet) -> dict[str, Any]:
-    """Register the scans against the clock."""
+    """Register the scans and time it."""
     import numpy as np
 
     from experiments.bench.free import changes, let_loose, plain
@@ -106,7 +106,7 @@ def registered(spec: Mapping[str, Any], scanset: ScanSet) -> dict[str, Any]:
 
 
 def outcome(result: Result, scanset: ScanSet) -> dict[str, Any]:
-    """How many scans have a place, and how far from the truth."""
+    """The number of scans placed, and their errors against ground truth."""
     from mvreg.evaluation.pose_errors import result_errors
 
     errors, apart = result_errors(result, scanset)
@@ -124,7 +124,7 @@ def outcome(result: Result, scanset: ScanSet) -> dict[str, Any]:
 
 
 def peak() -> float:
-    """The most memory that this process had resident so far (MB).
+    """The peak resident memory of this process (MB).
 
     Linux hands the figure of `getrusage` down from the process that started this one, so that its
     own account is asked first.
@@ -137,7 +137,7 @@ def peak() -> float:
 
 
 def resident() -> float | None:
-    """The memory that this process has resident now (MB), None where the system does not tell."""
+    """The current resident memory of this process (MB), None where it cannot be read."""
     return status("VmRSS")
 
 

@@ -1,4 +1,4 @@
-"""A tall column with relief all around, seen scan by scan along a helix: an object of any size.
+"""A tall column with surface relief, scanned along a helix: an object of arbitrary size.
 
     python -m experiments.bench.column FOLDER --views 300 --points 10000
 

@@ -48,7 +48,7 @@ def started(words: tuple[str, ...], folder: Path) -> subprocess.Popen[str]:
 
 
 def duration(words: tuple[str, ...]) -> float:
-    """How long a process takes that nobody interrupts (s)."""
+    """The run time of an uninterrupted process (s)."""
     with tempfile.TemporaryDirectory(prefix="mvreg-interrupts-") as folder:
         child, start = started(words, Path(folder)), time.perf_counter()
         child.communicate(timeout=LIMIT)

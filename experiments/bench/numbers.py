@@ -1,4 +1,4 @@
-"""What is told of repeated measurements: medians, spread, ratios, and how costs grow."""
+"""Statistics of repeated measurements: medians, range, ratios, and fitted power laws."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Spread:
-    """Several measurements of one thing: `count` of them, from `least` to `most`."""
+    """Summary of `count` repeated measurements, from `least` to `most`."""
 
     median: float
     least: float
@@ -33,7 +33,7 @@ def spread(values: Iterable[float | None]) -> Spread | None:
 
 
 def ratio(theirs: Spread | None, ours: Spread | None) -> float | None:
-    """How often ours goes into theirs, by the medians; None where one of them is not known."""
+    """The ratio of the medians, theirs over ours; None where either is missing."""
     if theirs is None or ours is None or not ours.median > 0:
         return None
     return theirs.median / ours.median
@@ -52,7 +52,7 @@ class Growth:
     last: float
 
     def at(self, size: float) -> float:
-        """What the fit says of a size."""
+        """The cost that the fit predicts for a size."""
         return float(self.factor * size**self.exponent)
 
 

@@ -1,4 +1,4 @@
-"""What a benchmark runs, and in which order."""
+"""The cases of a benchmark, and the order in which they run."""
 
 from __future__ import annotations
 

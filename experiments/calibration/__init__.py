@@ -1,1 +1,1 @@
-"""Which measures separate right pairs from wrong ones, and the weights of the evidence."""
+"""Which measures separate correct pairs from wrong ones, and the weights of the evidence."""

@@ -1,4 +1,4 @@
-"""Calibrate the judge by evidence: fit its probability, and see how well it tells.
+"""Calibrate the judge by evidence: fit its probability, and evaluate how well it discriminates.
 
     python -m experiments.calibration.calibrate
 
@@ -49,15 +49,16 @@ HEAD = """# The judge by evidence, calibrated
 
 `python -m experiments.calibration.calibrate`, mvreg {version}, {date}.
 
-Poses of pairs of scans, right and wrong: the best and its alternatives as the default method finds
-them, all refined; right poses made to slide along the surface; and what the truth is refined to
-where the search missed it. Right is within 2 degrees and 5 mm of the truth. In a group "a+b" scans
-of different objects are registered with each other, and all is wrong; "~noise" has noise of one
-mean spacing along every axis. Probabilities are by weights fitted to poses of other objects only.
+Correct and wrong poses of pairs of scans: the best pose and its alternatives as the default method
+finds them, all refined; correct poses displaced along the directions in which the overlap slides
+most easily; and, where the search missed the true pose, that pose refined. A pose is correct within
+2 degrees and 5 mm of the ground truth. In a group "a+b" scans of different objects are registered
+with each other, so that all poses are wrong; "~noise" has added noise of one mean spacing along
+every axis. Probabilities are cross-validated: their weights are fitted to poses of other objects.
 
 AUC is the area under the ROC curve; "right accepted" and "wrong accepted" are at the judge's
-threshold, {threshold:g}. Where scans hardly meet, and where what fits can slide along itself, the
-probability is 0. Most right poses that are not accepted are the truth's own, refined, of scans that
+threshold, {threshold:g}. The probability is 0 where scans hardly overlap, and where the overlap can
+slide along itself. Most correct poses that are not accepted are refined true poses of scans that
 share a quarter of their points or less, which the search does not find.
 
 | sensors | group | poses | right | AUC | right accepted | wrong accepted | most probable wrong |

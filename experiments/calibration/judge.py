@@ -1,4 +1,4 @@
-"""Calibrate the judges: register all ordered pairs of scans, and see what tells right from wrong.
+"""Calibrate the judges: register all ordered pairs of scans, and separate right from wrong.
 
     python -m experiments.calibration.judge bunny dragon
 

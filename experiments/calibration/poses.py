@@ -1,4 +1,4 @@
-"""Poses to weigh: right ones and wrong ones, between all pairs of scans of one or two data sets.
+"""Correct and wrong poses between all pairs of scans of one or two data sets, for calibration.
 
 Every pair is registered as the default method does, with the paper's search and point-to-plane
 refinement. Its best pose and the alternatives, all refined on all the points, are kept; and right

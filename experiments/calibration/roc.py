@@ -1,4 +1,4 @@
-"""How well a judge can tell: ROC curves of what is measured of a pair, over all pairs of raw scans.
+"""ROC curves of the measures that a judge can use, over all ordered pairs of raw scans.
 
     python -m experiments.calibration.roc bunny dragon buddha
 

@@ -1,4 +1,4 @@
-"""Paint clouds of points as lit surfaces, without a graphics card and the same on every machine."""
+"""Render point clouds as shaded surfaces, in software and identically on every machine."""
 
 from __future__ import annotations
 

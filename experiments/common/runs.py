@@ -1,4 +1,4 @@
-"""What the experiments left behind: one record per job, run or failed or still to be run.
+"""The results of the experiments: one record per job, finished, failed or not yet run.
 
     python -m mvreg -m +experiment=table1
 

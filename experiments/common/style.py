@@ -1,4 +1,4 @@
-"""How every figure looks, and how it is saved: for reading at the width of a README."""
+"""The common style of all figures, and how they are saved, for the width of a README."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the benchmarks are to reach on two cores with nothing else running, and what they do."""
+"""Performance targets on two otherwise idle cores, and whether they are met."""
 
 from __future__ import annotations
 

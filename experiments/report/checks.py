@@ -50,7 +50,7 @@ def each(runs: Jobs, check: Callable[[Mapping[str, Run]], Case]) -> dict[str, Ca
 
 
 def placed(methods: Sequence[str]) -> Callable[[Mapping[str, Run]], Case]:
-    """Every scan is placed by every one of some methods, and no false positives."""
+    """Each of these methods places every scan, without false positives."""
 
     def check(found: Mapping[str, Run]) -> Case:
         shown, good, known = [], True, False

@@ -1,4 +1,4 @@
-"""What the paper claims of each table, and what is to be shown besides."""
+"""The paper's claims about each table, and our own."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def comparison(sets: Jobs) -> list[Claim]:
 
 
 def peers(runs: Sequence[Run], printed: Callable[[Run], Printed | None]) -> list[Claim]:
-    """FCPMA and the default beside what else a user might take."""
+    """FCPMA and the default method against other systems."""
     sets = by_dataset(runs)
     return [
         Claim(f"{name} places every scan, no false positives", each(sets, placed((name,))))
@@ -109,5 +109,5 @@ def peers(runs: Sequence[Run], printed: Callable[[Run], Printed | None]) -> list
 
 
 def few(count: float, tree: int) -> bool:
-    """A little more than a spanning tree has, N - 1: less than twice as many."""
+    """At least the N - 1 edges of a spanning tree, and fewer than twice as many."""
     return tree <= count < 2 * tree

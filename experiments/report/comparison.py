@@ -1,4 +1,4 @@
-"""Fig. 9: unordered scans, what each method makes of them in cross-section, and the model."""
+"""Fig. 9: unordered scans, a cross-section of each method's result, and the merged model."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ HEAD, SHORT, GAP, LINE = 0.32, 0.3, 0.2, 0.19
 
 @dataclass(frozen=True)
 class Row:
-    """One data set: its scene, None where there is none; what each method says of itself."""
+    """One data set: its scene, None where it cannot be loaded, and the figures of each method."""
 
     name: str
     scene: Scene | None

@@ -113,7 +113,7 @@ def overlap(sections: Sequence[Section], side: float) -> int:
 
 
 def spread(cut: Cut, reach: float) -> tuple[Array, Array]:
-    """How far the scans' surfaces lie apart, at each point of steep surface.
+    """The distance between the scans' surfaces at each point where they cross the slab steeply.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""What the default method is to reach on unordered scans, as medians over 20 random orders."""
+"""Targets of the default method on unordered scans: medians over 20 random orders."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ ORDERS = 20
 
 @dataclass(frozen=True)
 class Goal:
-    """Of one data set: its number of `scans`, and the largest e_R, e_t (mm) and pairs per scan.
+    """Targets for one data set of `scans` scans: upper bounds of e_R, e_t (mm) and pairs per scan.
 
-    The errors are a little above those of the poses where the scans fit each other best
-    (``floor.md``): below, the errors measure the truth and not the method.
+    The bounds on the errors are slightly above the errors of the poses at which the scans fit best
+    (``floor.md``): smaller errors would measure the ground truth and not the method.
     """
 
     scans: int

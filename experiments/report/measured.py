@@ -1,4 +1,4 @@
-"""The few numbers of a job that figures draw."""
+"""The quantities of a run that the figures plot."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from experiments.common.runs import Run
 
 @dataclass(frozen=True)
 class Measured:
-    """One job: `pairs` attempted, `seconds` taken, and of `total` scans so many placed.
+    """One run: pairs attempted, run time in seconds, and scans placed of `total`.
 
     `rotation` and `translation` are e_R and e_t.
 
-    Every number is NaN where there is none; `word` then says why in two or three words.
+    Missing values are NaN; `word` then gives the reason in two or three words.
     """
 
     pairs: float = math.nan
@@ -33,7 +33,7 @@ class Measured:
 
 
 def measured(run: Run) -> Measured:
-    """What a job says of itself."""
+    """The quantities in a run's report."""
     report = run.report
     if report is None:
         return Measured(word=reason(run.error))
@@ -52,7 +52,7 @@ def measured(run: Run) -> Measured:
 
 
 def reason(error: str | None) -> str:
-    """A job's error in the few words that a panel has room for."""
+    """A run's error, shortened to fit a panel."""
     known = (
         "not on this machine", "not installed", "is not registered", "interrupted", "cut short",
         "not run",

@@ -1,4 +1,4 @@
-"""Errors and pairs in each random order, beside what is to be reached."""
+"""Errors and number of pairs in each random order, with the targets."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def draw_orders(rows: Sequence[Row]) -> Figure:
 
 
 def draw_row(axis: Any, row: Row, name: str) -> None:
-    """One data set in one panel; its orders fill a column of their own, from good to bad."""
+    """One data set in one panel: a column of marks, one per order, sorted by value."""
     values = sorted(
         (value(each, name), each.complete) for each in row.known
         if math.isfinite(value(each, name))

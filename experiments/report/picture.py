@@ -1,4 +1,4 @@
-"""The README's picture: the figurine's scans as they come, and placed."""
+"""The README's picture: the figurine's scans as given, and registered."""
 
 from __future__ import annotations
 

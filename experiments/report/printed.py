@@ -1,4 +1,4 @@
-"""The figures that the paper prints, to be put beside ours."""
+"""The figures printed in the paper, for comparison with ours."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ SOURCE = (
 
 
 class Printed(NamedTuple):
-    """e_R, the mean Frobenius norm of the rotations' errors; e_t, the translations' mean (mm)."""
+    """e_R, the mean Frobenius norm of the rotation errors; e_t, the mean translation error (mm)."""
 
     rotation: float
     translation: float

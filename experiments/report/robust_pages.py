@@ -1,4 +1,4 @@
-"""What the pages on robustness consist of: runs of one or several experiments, judged by scan."""
+"""Pages on robustness: runs of one or several experiments, evaluated scan by scan."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from experiments.report.tables import markdown, number
 class RobustPage:
     """A page on robustness.
 
-    `experiments` are those that it is about, with a caption each; `labels` the overrides that tell
-    its rows apart, with their headings; runs that differ in nothing else share a row. `errors`
-    says whether errors of the poses mean something, `timed` whether times are shown; `bars` adds
-    a section, `check` the claims.
+    `experiments` maps each experiment to its caption, `labels` the overrides that distinguish rows
+    to column headings; runs that agree in all of them share a row. `errors` says whether pose
+    errors are meaningful, `timed` whether times are shown; `bars` adds a section of targets,
+    `check` the claims.
     """
 
     title: str
@@ -42,21 +42,21 @@ def none_placed(rows: Sequence[Row]) -> list[Claim]:
 
 
 def foreign_reported(rows: Sequence[Row]) -> list[Claim]:
-    """There is no false positive, and so one foreign scan has no place.
+    """There is no false positive, and a single foreign scan is never placed.
 
-    Alone of its object, it can only be false or without a place.
+    As the only scan of its object it is either a false positive or not placed.
     """
     alone = [row for row in rows if row.values[1] == ONE_FOREIGN]
     found = none_of(alone, ["false"])
     return [*none_false(rows), Claim("one foreign scan is never placed", found)]
 
 
-#: The override of `dataset.keep` with which there is one foreign scan.
+#: The value of `dataset.keep` that adds a single foreign scan.
 ONE_FOREIGN = "[all,1]"
 
 
 def none_of(rows: Sequence[Row], kinds: Sequence[str]) -> dict[str, Case]:
-    """The cases of a claim that there are no scans of some kinds: one for each experiment."""
+    """Check per experiment that no scan has any of these outcomes."""
     cases: dict[str, Case] = {}
     for name in dict.fromkeys(row.experiment for row in rows):
         own = [row for row in rows if row.experiment == name]
@@ -67,7 +67,7 @@ def none_of(rows: Sequence[Row], kinds: Sequence[str]) -> dict[str, Case]:
 
 
 def bars(rows: Sequence[Row]) -> list[str]:
-    """What was to be reached in all the orders, and what was."""
+    """The targets over all orders, and whether they were met."""
     lines = []
     for row in rows:
         if (goal := GOALS.get(row.values[0])) is None:
@@ -93,7 +93,7 @@ SETS = {"dataset": "data set"}
 ROBUST = {
     "orders": RobustPage(
         "Unordered scans in 20 orders",
-        "The default method on scans in random order, each moved at random.",
+        "The default method on scans in random order and random poses.",
         {"orders": ""}, SETS, none_false, bars=bars,
     ),
     "folders": RobustPage(
@@ -112,10 +112,9 @@ ROBUST = {
         {"environments": ""}, SETS, none_false, errors=False, timed=True,
     ),
     "mixtures": RobustPage(
-        "Scans of several objects thrown together",
-        "All scans of two objects; fifty mixtures drawn at random, of two or three objects and of "
-        "each from a fifth of its scans to all; one or three foreign scans among all those of an "
-        "object.",
+        "Mixed scans of several objects",
+        "All scans of two objects; fifty random mixtures of two or three objects, each with a "
+        "fifth to all of its scans; and one or three foreign scans added to a complete set.",
         {
             "mixtures_pairs": "two objects", "mixtures_drawn": "drawn at random",
             "mixtures_foreign": "one object, and foreign ones",
@@ -124,17 +123,17 @@ ROBUST = {
     ),
     "subsets": RobustPage(
         "Half of the scans",
-        "Half of a set's scans are drawn at random, and what is left may fall into parts that "
-        "nothing joins.",
+        "A random half of each set's scans; those that remain may form several components "
+        "without overlap.",
         {"subsets": ""}, {"dataset.of": "data set"}, none_false,
     ),
     "spoilt": RobustPage(
-        "Noise, outliers, lost points, scans with few points",
-        "Noise is along the line of sight, in resolutions: the mean distance of a scan's point to "
-        "the nearest other one, as the scans come (3 of them are about one of the points that are "
-        "refined on). Outliers are a share of a scan's points, anywhere in its box. A "
-        "sparse scan has a tenth of its points. All together: noise of a resolution, 20 % "
-        "outliers, half of the points, one sparse scan.",
+        "Noise, outliers, missing points, sparse scans",
+        "Noise is Gaussian along the line of sight, in units of the raw scans' mean "
+        "nearest-neighbour distance (3 of these are about one resolution of the registration "
+        "points). Outliers are uniform in a scan's bounding box, as a fraction of its points. A "
+        "sparse scan keeps a tenth of its points. All together: noise of 1, 20 % outliers, half of "
+        "the points, one sparse scan.",
         {
             "spoilt_noise": "noise", "spoilt_outliers": "outliers",
             "spoilt_density": "fewer points", "spoilt_all": "all together",
@@ -146,10 +145,10 @@ ROBUST = {
         none_false,
     ),
     "shapes": RobustPage(
-        "Objects that cannot be placed",
-        "Scans of a sphere, a plate, a box, a cylinder and a bottle turned on a lathe, in random "
-        "order, each moved at random: many poses fit equally well, and none may be given as the "
-        "answer. `ambiguous`: scans of which the reason says so.",
+        "Objects whose registration is ambiguous",
+        "Scans of a sphere, a plate, a box, a cylinder and a surface of revolution (a bottle), in "
+        "random order and random poses: many poses fit equally well, and none may be reported. "
+        "`ambiguous`: the number of scans rejected for this reason.",
         {"shapes": ""}, {"dataset.shape": "shape"}, none_placed, errors=False,
     ),
 }  # fmt: skip

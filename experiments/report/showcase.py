@@ -1,4 +1,4 @@
-"""A picture of real scans for the README: as they come, placed, and cut."""
+"""A picture of real scans for the README: as given, registered, and in cross-section."""
 
 from __future__ import annotations
 

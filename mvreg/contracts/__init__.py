@@ -4,7 +4,8 @@ Stages are pure: no globals, no logging, no printing, and randomness only throug
 candidate" is an empty `Candidates`, "found but doubtful" a `Verdict`; exceptions are for wrong
 input. `mvreg.testing` has a contract suite for each kind. Records check themselves when they are
 made, and a run checks every answer against what was asked: a stage that raises anything but an
-`MvregError`, or answers what cannot be, ends the run with a `StageError` that names it.
+`MvregError`, or answers what cannot be, ends the run with a `StageError` that names it. An
+`InputError` is for whoever runs mvreg; out of a plugin's stage it comes with the stage in front.
 
 What holds for all of them:
 

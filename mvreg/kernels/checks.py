@@ -15,6 +15,8 @@ import numpy as np
 from mvreg.errors import InputError, RecordError
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from mvreg.geometry.arrays import Array, Indices
 
 FLOAT = np.dtype(np.float64)
@@ -72,6 +74,19 @@ def indices(name: str, values: Any, size: int, *shape: int | str) -> Indices:
     return array
 
 
+def flags(name: str, values: Any, *shape: int | str) -> NDArray[np.uint8]:
+    """Truth values as a C-contiguous array of a shape, one byte each.
+
+    Raises
+    ------
+    RecordError
+        For another shape.
+    """
+    array = np.ascontiguousarray(values, dtype=bool)
+    _check_shape(name, array, shape)
+    return array.view(np.uint8)
+
+
 def index_pairs(name: str, values: Any, source: int, target: int) -> Indices:
     """Positions (M, 2): the first column's in [0, source), the second one's in [0, target).
 
@@ -124,7 +139,7 @@ def positive(**values: float) -> None:
             raise InputError(f"{name}: expected a positive, finite number, got {value}")
 
 
-def _check_shape(name: str, array: Array | Indices, shape: tuple[int | str, ...]) -> None:
+def _check_shape(name: str, array: NDArray[Any], shape: tuple[int | str, ...]) -> None:
     """Raise RecordError for another shape than this; none stands for any."""
     if not shape or array.shape == shape:
         return

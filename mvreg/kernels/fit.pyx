@@ -14,6 +14,7 @@ from mvreg.kernels.tree cimport Tree, child_distances
 import numpy as np
 
 from mvreg.kernels import checks
+from mvreg.kernels.results import FittedPatches
 
 cdef enum:
     MOST = 128  # neighbours of a sample
@@ -45,14 +46,7 @@ def fit(Tree tree not None, samples, axes, int count, double ridge):
 
     Returns
     -------
-    heights : (S,) array
-    slopes : (S, 2) array
-    bends : (S, 3) array
-    reach : (S,) array
-        How far the points reach along the patch.
-    lopsided : (S,) array
-        How far off the sample their mean is along the patch, in units of `reach`; 0 for a reach
-        of 0.
+    FittedPatches
     """
     cdef const double[:, ::1] given = checks.floats("samples", samples, "S", 3, finite=True)
     cdef const double[:, :, ::1] frame = checks.floats("axes", axes, "S", 3, 3)
@@ -78,7 +72,7 @@ def fit(Tree tree not None, samples, axes, int count, double ridge):
             high[k] = six[0]
             slope[k, 0], slope[k, 1] = six[1], six[2]
             bend[k, 0], bend[k, 1], bend[k, 2] = six[3], six[4], six[5]
-    return heights, slopes, bends, reach, lopsided
+    return FittedPatches(heights, slopes, bends, reach, lopsided)
 
 
 def distances(Tree tree not None, Py_ssize_t rank):

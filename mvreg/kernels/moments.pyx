@@ -11,6 +11,7 @@ from mvreg.kernels.tree cimport Entry, Tree, child_distances
 import numpy as np
 
 from mvreg.kernels import checks
+from mvreg.kernels.results import Moments
 
 # Radii asked for at once, sums for each (count, three first moments, six second), neighbours.
 cdef enum:
@@ -31,11 +32,7 @@ def moments(Tree tree not None, keypoints, radii):
 
     Returns
     -------
-    count : (K, L) array
-    first : (K, L, 3) array
-        Sums of the offsets from the keypoint.
-    second : (K, L, 3, 3) array
-        Sums of their outer products.
+    Moments
     """
     cdef const double[:, ::1] points = checks.floats("keypoints", keypoints, "K", 3)
     cdef const double[::1] squared = checks.floats("radii", radii, "L") ** 2
@@ -49,7 +46,7 @@ def moments(Tree tree not None, keypoints, radii):
             gather(tree, &points[i, 0], &squared[0], shells, &total[i, 0, 0])
     sums = np.cumsum(sums, axis=1)
     upper = np.array([[4, 5, 6], [5, 7, 8], [6, 8, 9]])
-    return sums[..., 0], sums[..., 1:4], sums[..., upper]
+    return Moments(sums[..., 0], sums[..., 1:4], sums[..., upper])
 
 
 cdef void gather(

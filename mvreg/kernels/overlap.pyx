@@ -18,7 +18,7 @@ def contact_heights(
 ):
     """Where points lie on a surface, and how far from its planes.
 
-    Parameters as in `mvreg.kernels.evidence.look`; signs of normals do not matter.
+    Parameters as in `mvreg.kernels.evidence.directed_evidence`; signs of normals do not matter.
 
     Returns
     -------

@@ -76,3 +76,103 @@ class Sight(NamedTuple):
     cross_information: Array
     information: Array
     gradient: Array
+
+
+class Moments(NamedTuple):
+    """Sums over the points within each of some radii of keypoints.
+
+    Parameters
+    ----------
+    counts : (K, L) array
+        How many there are.
+    first : (K, L, 3) array
+        Sums of their offsets from the keypoint.
+    second : (K, L, 3, 3) array
+        Sums of the offsets' outer products.
+    """
+
+    counts: Array
+    first: Array
+    second: Array
+
+
+class FittedPatches(NamedTuple):
+    """Patches of second order about samples, ``height(a, b)`` over the first two of their axes.
+
+    Parameters
+    ----------
+    heights : (S,) array
+        At the samples (length).
+    slopes : (S, 2) array
+    bends : (S, 3) array
+        Second derivatives (1 / length).
+    reach : (S,) array
+        How far the points reach along the patch (length).
+    lopsided : (S,) array
+        How far off the sample their mean is along the patch, in units of `reach`; 0 for a reach
+        of 0.
+    """
+
+    heights: Array
+    slopes: Array
+    bends: Array
+    reach: Array
+    lopsided: Array
+
+
+class Gaps(NamedTuple):
+    """How far points are from patches.
+
+    Parameters
+    ----------
+    heights : (M,) array
+        Signed distances to the surface, to first order (length).
+    normals : (M, 3) array
+        Of the surface below the points, unit.
+    aside : (M,) array
+        How far the points are from the middle of the patch, along it (length).
+    """
+
+    heights: Array
+    normals: Array
+    aside: Array
+
+
+class PatchContacts(NamedTuple):
+    """Samples on patches, those of one way (an ordered pair of surfaces) after those of another.
+
+    Parameters
+    ----------
+    ends : (W + 1,) array
+        Where the contacts of each way begin, and where those of the last one end.
+    samples, patches : (M,) arrays
+        Positions in the source and in the target, samples ascending within a way.
+    """
+
+    ends: Indices
+    samples: Indices
+    patches: Indices
+
+
+class NormalEquations(NamedTuple):
+    """Of each way: ``J^T W J`` (W, 6, 6), and ``J^T W r`` (W, 6)."""
+
+    normals: Array
+    gradients: Array
+
+
+class CellSums(NamedTuple):
+    """Gradients in the cells of a grid, those of one way after those of another.
+
+    Parameters
+    ----------
+    ends : (W + 1,) array
+        Where the cells of each way begin, and where those of the last one end.
+    cells : (C,) array
+        Numbers of the cells in which a way has residuals, ascending within a way.
+    sums : (C, 6) array
+    """
+
+    ends: Indices
+    cells: Indices
+    sums: Array

@@ -7,9 +7,9 @@ from copy import copy
 from functools import cache, wraps
 from typing import Any
 
-from mvreg.errors import MvregError, RecordError
+from mvreg.errors import InputError, MvregError, RecordError
 from mvreg.stage_calls.answers import CHECKS, described
-from mvreg.stage_calls.culprit import is_observers, stage_error
+from mvreg.stage_calls.culprit import is_observers, name_plugin, stage_error
 from mvreg.stage_calls.nonsense import NonsenseError
 from mvreg.types import View
 
@@ -19,6 +19,9 @@ PLAIN = "_mvreg_plain"
 
 def checked(kind: str, stage: Any) -> Any:
     """The stage, its calls checked: what goes wrong in it is a `StageError` that names it.
+
+    An `InputError` is for whoever runs mvreg, and passes; where a plugin's stage has raised it, its
+    text says so.
 
     It is of a class derived from the stage's own, so that `isinstance`, `dataclasses.replace` and
     the representation are what they were; equal it is only to a checked one.
@@ -91,6 +94,8 @@ def _call(
         answer = function(*given, **named)
     except Exception as error:
         if _known(kind, error):
+            if isinstance(error, InputError):
+                name_plugin(kind, culprit, error)
             raise
         raise stage_error(kind, method, culprit, error) from error
     try:

@@ -8,12 +8,16 @@ from pathlib import Path
 from typing import Any
 
 from mvreg.contracts import KINDS, JointJudge, ScreeningJudge
-from mvreg.errors import MvregError, StageError
+from mvreg.errors import InputError, MvregError, StageError
 from mvreg.plugins import manager
 from mvreg.plugins.registry import Registered
 
 #: What is not a stage's code, though a stage calls it: observers and those who wait for events.
 OBSERVERS = ("mvreg.observers", "mvreg.cli")
+#: The plugin that brings mvreg's own stages.
+CORE = "mvreg"
+#: The mark of an error that has come out of a stage.
+SEEN = "_mvreg_seen"
 CONTRACTS: dict[str, type] = {
     "rejected_early": ScreeningJudge,
     "together": JointJudge,
@@ -43,6 +47,27 @@ def stage_error(kind: str, method: str, culprit: Any, what: str | Exception) -> 
     came = what if isinstance(what, str) else raised(what, culprit)
     wanted = signature(kind, method)
     return StageError(f"{stage} ({name}, {whose}): expected {wanted}; {came}; {advice}", stage)
+
+
+def name_plugin(kind: str, culprit: Any, error: InputError) -> None:
+    """Put the stage and its distribution in front of an error's text, for a stage of a plugin.
+
+    Of stages that call each other the innermost counts: it has raised the error. mvreg's own name
+    what they are about, as in ``adjust.min_overlap: expected``.
+
+    Parameters
+    ----------
+    kind, culprit
+        As for `stage_error`.
+    error : InputError
+        Is changed, and stays of its class; only the first call does anything.
+    """
+    if hasattr(error, SEEN):
+        return
+    setattr(error, SEEN, True)
+    entry = registered(kind, culprit)
+    if entry is not None and entry.plugin != CORE:
+        error.args = (f"in {entry.kind}={entry.name} ({entry.origin}): {error}",)
 
 
 def registered(kind: str, culprit: Any) -> Registered | None:

@@ -1,4 +1,4 @@
-"""For the tests of stages: a contract suite for each kind, and synthetic scans.
+"""Support for testing stages: a contract suite per kind, and synthetic scans.
 
 A plugin's test file needs two lines, and pytest:
 

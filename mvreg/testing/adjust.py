@@ -31,7 +31,7 @@ from mvreg.types import Array, Result, View
 
 @cache
 def nearly_right(degrees: float = 0.5, resolutions: float = 0.3) -> Result:
-    """The poses of `blob_views`, each but the first a little off."""
+    """The poses of `blob_views`, all but the first slightly perturbed."""
     views, truth = blob_views(3), blob_scans(3).poses or {}
     first = truth[views[0].name]
     poses = {views[0].name: np.eye(4)}
@@ -42,7 +42,7 @@ def nearly_right(degrees: float = 0.5, resolutions: float = 0.3) -> Result:
 
 
 class AdjustContract(StageContract):
-    """Poses get no worse, and no scan is lost or invented."""
+    """Poses do not get worse, and no scan is lost or invented."""
 
     stage: contracts.Adjust
     kind = "adjust"

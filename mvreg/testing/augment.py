@@ -37,7 +37,7 @@ def farthest(points: Array, cloud: Array) -> float:
 
 
 class AugmentContract(StageContract):
-    """The model holds what it held and what the view adds, in the frame it had."""
+    """The model keeps its points and frame, and gains those that the view adds."""
 
     stage: contracts.Augment
     kind = "augment"

@@ -16,7 +16,7 @@ from mvreg.types import Scan, ScanSet
 
 
 class DatasetContract(StageContract):
-    """Scans with names of their own, and a truth that stays true."""
+    """Scans have unique names, and the ground truth stays valid when they are moved."""
 
     stage: contracts.Dataset
     kind = "dataset"

@@ -19,7 +19,7 @@ from mvreg.types import Array, Features, Indices, Scan
 
 
 class DescribeContract(StageContract):
-    """Descriptors stay when a scan moves, and normals turn with it."""
+    """Descriptors are invariant under rigid motion, and normals rotate with the scan."""
 
     stage: contracts.Describe
     kind = "describe"

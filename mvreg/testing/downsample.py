@@ -17,7 +17,7 @@ from mvreg.types import Array, Sample, Scan
 
 
 class DownsampleContract(StageContract):
-    """Samples lie on the scan, and their number does not depend on where the scan is."""
+    """Samples lie on the scan, and their number does not depend on its pose."""
 
     stage: contracts.Downsample
     kind = "downsample"

@@ -30,14 +30,14 @@ from mvreg.types import Edge, Registration, Verdict, View, ViewGraph
 
 @cache
 def right() -> Registration:
-    """The two views that overlap, registered well."""
+    """The two overlapping views, correctly registered."""
     pair = overlap()
     return TrimmedICP()(pair.source, pair.target, pair.T_target_source)
 
 
 @cache
 def wrong(degrees: float = 150.0) -> Registration:
-    """The same two views, the source turned about its middle, as well as it fits then."""
+    """The same two views with the source rotated about its centroid, registered from there."""
     pair = overlap()
     centre = pair.source.points.mean(axis=0)
     half = np.deg2rad(degrees) / 2
@@ -56,7 +56,7 @@ def scaled_edge(edge: Edge, unit: float) -> Edge:
 
 
 class JudgeContract(StageContract):
-    """Right is accepted and wrong is not, in every frame and unit."""
+    """Correct registrations are accepted and wrong ones are not, in every frame and unit."""
 
     stage: contracts.Judge
     kind = "judge"

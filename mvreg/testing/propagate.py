@@ -34,7 +34,7 @@ from mvreg.types import Array, Candidates, Matches, View
 
 
 class PropagateContract(StageContract):
-    """The right pose is among the candidates, wherever the views are."""
+    """The true pose is among the candidates, whatever frames the views are in."""
 
     stage: contracts.Propagate
     kind = "propagate"

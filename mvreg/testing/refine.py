@@ -30,7 +30,7 @@ from mvreg.types import Array, Registration, View
 
 
 def nudge(view: View, degrees: float, resolutions: float) -> Array:
-    """A small motion (4, 4) about the middle of a view."""
+    """A small rigid motion (4, 4) about the centroid of a view."""
     centre = view.points.mean(axis=0)
     axis = np.array([0.6, -0.5, 0.62]) / np.linalg.norm([0.6, -0.5, 0.62])
     half = np.deg2rad(degrees) / 2
@@ -40,7 +40,7 @@ def nudge(view: View, degrees: float, resolutions: float) -> Array:
 
 
 class RefineContract(StageContract):
-    """The pose gets better, and the record says truly what it rests on."""
+    """The pose improves, and the record is consistent with the pairs that it rests on."""
 
     stage: contracts.Refine
     kind = "refine"

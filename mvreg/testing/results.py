@@ -40,7 +40,7 @@ def assert_pair(pair: Pair, names: set[str]) -> None:
 def misplacement(
     poses: Mapping[str, Array], truth: Mapping[str, Array], views: Sequence[View], reference: str
 ) -> float:
-    """How far the worst placed point is from where it belongs, in resolutions.
+    """The largest displacement of any point from its true position, in resolutions.
 
     Parameters
     ----------

@@ -36,7 +36,7 @@ def blob_radius(directions: Array, number: int = 1, relief: float = 0.2) -> Arra
 
 
 def sphere_directions(count: int) -> Array:
-    """Unit vectors (count, 3), evenly spread (a Fibonacci spiral)."""
+    """Unit vectors (count, 3), evenly distributed on the sphere (a Fibonacci spiral)."""
     index = np.arange(count) + 0.5
     angle, z = np.pi * (1 + np.sqrt(5)) * index, 1 - 2 * index / count
     flat = np.sqrt(1 - z**2)
@@ -146,7 +146,7 @@ def plane_scans(count: int = 2, side: int = 30) -> ScanSet:
 
 
 def degenerate_points() -> dict[str, Array]:
-    """Points (N, 3) that no registration can be had from, by what is wrong with them."""
+    """Points (N, 3) that cannot be registered, by what is wrong with them."""
     rng = np.random.default_rng(5)
     line = rng.uniform(-RADIUS, RADIUS, size=(60, 1))
     flat = rng.uniform(-RADIUS, RADIUS, size=(200, 2))

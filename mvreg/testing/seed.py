@@ -25,7 +25,7 @@ from mvreg.types import Matches
 
 
 class SeedContract(StageContract):
-    """Seeds go by descriptors alone, so that neither frame nor unit nor order matters."""
+    """Seeds depend on descriptors only, not on the frame, the unit of length or the order."""
 
     stage: contracts.Seed
     kind = "seed"

@@ -29,7 +29,7 @@ from mvreg.types import Array, Result, View
 
 
 class StrategyContract(StageContract):
-    """All that can be placed is placed right; the rest is reported; and it ends."""
+    """Scans that can be placed are placed correctly, the rest are reported, and it terminates."""
 
     stage: contracts.Strategy
     kind = "strategy"

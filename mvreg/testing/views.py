@@ -95,7 +95,7 @@ def plain_view(name: str, points: Array, scale: Scale, keypoints: int = 50) -> V
 
 @cache
 def degenerate_views() -> dict[str, View]:
-    """Views that nothing can be made of, by what is wrong with them."""
+    """Views that cannot be registered, by what is wrong with them."""
     good = overlap().source
     views = {
         name: plain_view("poor", points, good.scale) for name, points in degenerate_points().items()
@@ -176,7 +176,7 @@ def shuffled_view(view: AnyView, number: int) -> tuple[AnyView, Indices, Indices
 def registration(
     source: View, target: View, transform: Array, reach: float | None = None
 ) -> Registration:
-    """What a refinement would say of a pose (4, 4): pairs within `reach` (length), at least one.
+    """The registration record of a pose (4, 4): its pairs within `reach` (length), at least one.
 
     `reach` is twice the target's resolution if not given.
     """

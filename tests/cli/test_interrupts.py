@@ -10,6 +10,15 @@ import pytest
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals are sent as POSIX has them")
 
+
+@pytest.fixture(autouse=True)
+def heeded():
+    """Let children heed Ctrl-C, even if the tests themselves were started in the background."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 #: Ctrl-C comes where `{moment}` says, while the command line does what `{body}` says.
 PROGRAM = """
 import os, signal, sys, weakref

@@ -49,7 +49,7 @@ def test_mean_includes_the_reference():
 def test_right_poses_have_no_error_whatever_the_frame_of_the_truth(number: int):
     rng = np.random.default_rng(number)
     truth = {name: se3.random(rng, 10.0) for name in "abcd"}
-    poses = {name: se3.invert(truth["c"]) @ truth[name] for name in "cabd"}
+    poses = {name: se3.invert(truth["c"]) @ truth[name] for name in "acbd"}
     errors = pose_errors(poses, truth, "c")
     assert errors is not None
     assert errors.frame == "c"

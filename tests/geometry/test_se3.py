@@ -164,6 +164,12 @@ def test_projection_takes_the_drift_out(rng, drift):
         assert difference <= np.linalg.norm(spoilt - found @ se3.random(rng)) + 1e-12
 
 
+def test_the_projection_of_a_mirror_is_no_mirror(rng):
+    turn = se3.random(rng, 2.0)
+    spoilt = turn @ np.diag([1.0, 0.9, -0.1, 1.0])
+    np.testing.assert_allclose(se3.project(spoilt), turn, atol=1e-12)
+
+
 @quick
 @given(rngs, st.sampled_from([0.0, 1e-9, 1e-4, 0.3, 2.0, 3.1]))
 def test_the_angle_between_rotations(rng, angle):

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mvreg.geometry import se3
-from mvreg.kernels import fit, joint
+from mvreg.kernels import contacts, fit, normal_equations, patches, residuals
 from mvreg.kernels.tree import Tree
 from mvreg.stages.adjust.joint.patches import axes_about
 from mvreg.testing.reference import fit as plain_fit
@@ -34,7 +34,7 @@ def surface(rng, count, patchy=True):
     whole = rng.random(count) < (0.8 if patchy else 2)
     reach = rng.uniform(0.05, 0.4, size=count)
     one = plain.Patches(points, axes, slopes, bends, normals, reach, whole)
-    return one, joint.Patches(Tree(points), points, axes, slopes, bends, normals, reach, whole)
+    return one, patches.Patches(Tree(points), points, axes, slopes, bends, normals, reach, whole)
 
 
 def near(rng, turn=0.3):
@@ -45,10 +45,10 @@ def near(rng, turn=0.3):
 @quick
 @given(rngs, st.integers(0, 50), flats)
 def test_gaps(rng, count, flat):
-    one, patches = surface(rng, 30)
+    one, compiled = surface(rng, 30)
     which = rng.integers(0, 30, size=count)
     points = one.points[which] + 0.1 * rng.normal(size=(count, 3))
-    found = joint.gaps(patches, points, which, flat)
+    found = patches.gaps(compiled, points, which, flat)
     for mine, other in zip(found, plain.gaps(one, points, which, flat), strict=True):
         np.testing.assert_allclose(mine, other, atol=1e-12)
 
@@ -60,7 +60,7 @@ WAYS = np.array([[0, 1], [2, 0], [1, 2], [0, 1], [1, 1]])
 def surfaces(rng, *counts):
     """Several of them, for the reference and for the kernels."""
     made = [surface(rng, count) for count in counts]
-    return [one for one, _ in made], [patches for _, patches in made]
+    return [one for one, _ in made], [compiled for _, compiled in made]
 
 
 def parts(rng, count, size):
@@ -74,10 +74,10 @@ def parts(rng, count, size):
     flats,
 )  # fmt: skip
 def test_contacts(rng, count, reach, stride, flat):
-    ones, patches = surfaces(rng, count, 200, 40)
+    ones, compiled = surfaces(rng, count, 200, 40)
     motions = np.stack([near(rng, rng.choice([0.01, 0.3, 3.0])) for _ in ones])
     options = (motions, WAYS, reach, stride, flat, 0.7, rng.random(3) < 0.7)
-    found = joint.contacts(patches, *options)
+    found = contacts.contacts(compiled, *options)
     for mine, expected in zip(found, plain.contacts(ones, *options), strict=True):
         np.testing.assert_array_equal(mine, expected)
 
@@ -86,7 +86,7 @@ def one_way(source, target, motion, flat):
     """The samples of a surface that lie on another, at 0.3 apart at most."""
     motions = np.stack([motion, np.eye(4)])
     options = (0.3, 1, flat, 0.7, np.array([True, True]))
-    return joint.contacts([source, target], motions, np.array([[0, 1]]), *options)[1]
+    return contacts.contacts([source, target], motions, np.array([[0, 1]]), *options)[1]
 
 
 def test_contacts_are_found_at_all(rng):
@@ -102,9 +102,9 @@ def test_contacts_are_found_at_all(rng):
 def test_nothing_lies_on_a_surface_without_patches(rng):
     (_, source), (_, none) = surface(rng, 20), surface(rng, 0)
     motions, ways, signs = np.stack([np.eye(4)] * 2), np.array([[0, 1], [1, 0]]), np.ones(2, bool)
-    found = joint.contacts([source, none], motions, ways, 9.0, 1, True, 0.7, signs)
+    found = contacts.contacts([source, none], motions, ways, 9.0, 1, True, 0.7, signs)
     assert [one.shape for one in found] == [(3,), (0,), (0,)]
-    nowhere = joint.contacts([source, none], motions, ways[:0], 9.0, 1, True, 0.7, signs)
+    nowhere = contacts.contacts([source, none], motions, ways[:0], 9.0, 1, True, 0.7, signs)
     assert [one.shape for one in nowhere] == [(1,), (0,), (0,)]
 
 
@@ -119,16 +119,16 @@ def filled(kernel, shapes, count, options):
 @given(rngs, st.integers(0, 60), flats)
 def test_rows(rng, count, flat):
     sizes = np.array([40, 50, 30])
-    ones, patches = surfaces(rng, *sizes)
+    ones, compiled = surfaces(rng, *sizes)
     ends, motions = parts(rng, len(WAYS), count), np.stack([near(rng) for _ in ones])
     many = np.repeat(sizes[WAYS], np.diff(ends), axis=0)
     where = (rng.integers(0, many[:, 0]), rng.integers(0, many[:, 1]))
     point = (rng.normal(size=3), 1.7, flat)
     options = (motions, WAYS, ends, *where, *point)
     expected = filled(plain, ones, count, options)
-    for mine, other in zip(filled(joint, patches, count, options), expected, strict=True):
+    for mine, other in zip(filled(residuals, compiled, count, options), expected, strict=True):
         np.testing.assert_allclose(mine, other, atol=1e-11)
-    some = filled(joint, patches, count, (motions, WAYS[1:3], ends[1:4], *where, *point))
+    some = filled(residuals, compiled, count, (motions, WAYS[1:3], ends[1:4], *where, *point))
     for mine, other in zip(some, expected, strict=True):
         np.testing.assert_allclose(mine[ends[1] : ends[3]], other[ends[1] : ends[3]], atol=1e-11)
         assert np.isnan(mine[: ends[1]]).all() and np.isnan(mine[ends[3] :]).all()
@@ -139,7 +139,7 @@ def test_rows(rng, count, flat):
 def test_normal_equations(rng, count, width):
     values = (rng.normal(size=(count, 6)), rng.normal(size=count), rng.random(count),
               parts(rng, 4, count), width, 3.0)  # fmt: skip
-    found, expected = joint.normal_equations(*values), plain.normal_equations(*values)
+    found, expected = normal_equations.normal_equations(*values), plain.normal_equations(*values)
     np.testing.assert_allclose(found[0], expected[0], rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(found[1], expected[1], rtol=1e-12, atol=1e-12)
     np.testing.assert_array_equal(found[0], np.swapaxes(found[0], 1, 2))
@@ -151,7 +151,7 @@ def test_cell_sums(rng, count, width, edge):
     values = (rng.normal(size=(count, 6)), rng.normal(size=count), rng.random(count))
     points, ends = rng.uniform(-1, 1, size=(count, 3)), parts(rng, 3, count)
     grid = (np.full(3, -1.0), edge, np.full(3, int(2 / edge) + 1))
-    found = joint.cell_sums(*values, points, ends, width, 3.0, *grid)
+    found = normal_equations.cell_sums(*values, points, ends, width, 3.0, *grid)
     expected = plain.cell_sums(*values, points, ends, width, 3.0, *grid)
     np.testing.assert_array_equal(found[0], expected[0])
     np.testing.assert_array_equal(found[1], expected[1])
@@ -163,9 +163,9 @@ def test_cell_sums(rng, count, width, edge):
 def test_farthest(rng, count):
     points, before = rng.normal(size=(count, 3)), near(rng)
     after = near(rng, 1e-3) @ before
-    found = joint.farthest(points, before, after)
+    found = residuals.farthest(points, before, after)
     assert found == pytest.approx(plain.farthest(points, before, after), rel=1e-9)
-    assert joint.farthest(points, before, before) == 0
+    assert residuals.farthest(points, before, before) == 0
 
 
 @quick
@@ -205,9 +205,9 @@ def test_wrong_sizes_are_refused(rng):
     _, one = surface(rng, 10)
     inside, outside = np.arange(3), np.arange(8, 11)
     with pytest.raises(ValueError, match="positions among 10, got 10"):
-        joint.gaps(one, np.zeros((3, 3)), outside, True)
+        patches.gaps(one, np.zeros((3, 3)), outside, True)
     with pytest.raises(ValueError, match="points for 3 patches"):
-        joint.gaps(one, np.zeros((2, 3)), inside, True)
+        patches.gaps(one, np.zeros((2, 3)), inside, True)
     with pytest.raises(ValueError, match="1 to 128 neighbours"):
         fit.fit(Tree(np.zeros((5, 3))), np.zeros((2, 3)), np.zeros((2, 3, 3)), 129, 0.0)
     with pytest.raises(ValueError, match="axes for each of 2"):
@@ -221,20 +221,20 @@ def test_wrong_ways_are_refused(rng):
     ways, signs = np.array([[0, 1]]), np.ones(2, bool)
 
     def find(motions=motions, ways=ways, stride=1, signs=signs):
-        joint.contacts(pair, motions, ways, 1.0, stride, True, 0.7, signs)
+        contacts.contacts(pair, motions, ways, 1.0, stride, True, 0.7, signs)
 
     find()
-    with pytest.raises(ValueError, match=r"motion \(4, 4\)"):
+    with pytest.raises(ValueError, match=r"motions: expected shape \(2, 4, 4\)"):
         find(motions[:, :3, :3])
-    with pytest.raises(ValueError, match="expected 2 motions, got 1"):
+    with pytest.raises(ValueError, match=r"motions: expected shape \(2, 4, 4\), got \(1, 4, 4\)"):
         find(motions[:1])
-    with pytest.raises(ValueError, match=r"ways \(W, 2\)"):
+    with pytest.raises(ValueError, match=r"ways: expected shape \(W, 2\), got \(2,\)"):
         find(ways=np.array([0, 1]))
     with pytest.raises(ValueError, match="positions among 2, got 2"):
         find(ways=np.array([[0, 2]]))
     with pytest.raises(ValueError, match="stride of 1 or more"):
         find(stride=0)
-    with pytest.raises(ValueError, match="to know of 2 surfaces, got 1"):
+    with pytest.raises(ValueError, match=r"oriented: expected shape \(2\), got \(1,\)"):
         find(signs=signs[:1])
 
 
@@ -244,7 +244,7 @@ def test_wrong_rows_are_refused(rng):
 
     def fill(samples=inside, patches=inside, ends=(0, 3), count=3, point=(0, 0, 0)):
         made = np.empty(count), np.empty((count, 6)), np.empty((count, 3))
-        joint.rows(pair, motions, ways, ends, samples, patches, point, 1.0, True, *made)
+        residuals.rows(pair, motions, ways, ends, samples, patches, point, 1.0, True, *made)
 
     fill()
     with pytest.raises(ValueError, match="10 samples and 10 patches, got 10 and 2"):
@@ -255,7 +255,7 @@ def test_wrong_rows_are_refused(rng):
         fill(patches=inside[:2])
     with pytest.raises(ValueError, match="expected 4 samples"):
         fill(count=4)
-    with pytest.raises(ValueError, match="a centre of 3 numbers"):
+    with pytest.raises(ValueError, match=r"centre: expected shape \(3\), got \(2,\)"):
         fill(point=(0, 0))
     for ends in [(0, 4), (-1, 3), (2, 1)]:
         with pytest.raises(ValueError, match="ascend from 0 to 3"):
@@ -265,13 +265,24 @@ def test_wrong_rows_are_refused(rng):
 
 
 def test_wrong_sums_are_refused():
-    values = np.zeros((4, 6)), np.zeros(3), np.zeros(4)
-    with pytest.raises(ValueError, match=r"\(M, 6\)"):
-        joint.normal_equations(*values, [0, 4], 1.0, 3.0)
-    with pytest.raises(ValueError, match="ascend from 0 to 4"):
-        joint.normal_equations(*values, [0, 5], 1.0, 3.0)
-    grid = (np.zeros(3), 1.0, np.ones(3))
-    with pytest.raises(ValueError, match=r"\(M, 6\)"):
-        joint.cell_sums(*values, np.zeros((3, 3)), [0, 4], 1.0, 3.0, *grid)
-    with pytest.raises(ValueError, match="ascend from 0 to 4"):
-        joint.cell_sums(*values, np.zeros((3, 3)), [0, 5], 1.0, 3.0, *grid)
+    values, grid = (np.zeros((4, 6)), np.zeros(4), np.zeros(4)), (np.zeros(3), 1.0, np.ones(3))
+
+    def add(jacobian=values[0], residuals=values[1], weights=values[2], ends=(0, 4)):
+        given = (jacobian, residuals, weights)
+        equations = normal_equations.normal_equations(*given, ends, 1.0, 3.0)
+        cells = normal_equations.cell_sums(*given, np.zeros((4, 3)), ends, 1.0, 3.0, *grid)
+        return equations, cells
+
+    equations, cells = add()
+    assert equations.normals.shape == (1, 6, 6) and equations.gradients.shape == (1, 6)
+    assert cells.sums.shape == (1, 6)
+    for wrong, said in (
+        ({"jacobian": np.zeros((4, 5))}, r"jacobian: expected shape \(M, 6\)"),
+        ({"residuals": np.zeros(3)}, r"residuals: expected shape \(4\), got \(3,\)"),
+        ({"weights": np.zeros(3)}, r"weights: expected shape \(4\), got \(3,\)"),
+        ({"ends": (0, 5)}, "ascend from 0 to 4"),
+    ):
+        with pytest.raises(ValueError, match=said):
+            add(**wrong)
+    with pytest.raises(ValueError, match=r"points: expected shape \(4, 3\)"):
+        normal_equations.cell_sums(*values, np.zeros((3, 3)), [0, 4], 1.0, 3.0, *grid)

@@ -111,6 +111,49 @@ def test_interruptions_and_errors_that_say_what_to_do_pass(method, kind):
         assert not isinstance(caught.value, StageError)
 
 
+@dataclass(frozen=True)
+class Refusing(TrimmedICP):
+    """A plugin's stage that cannot take what it is given."""
+
+    def __call__(self, *given: Any) -> Any:
+        raise InputError("scan 'blob_1': expected colours")
+
+
+@dataclass(frozen=True)
+class Passing:
+    """A plugin's strategy that calls the pipeline's refinement, and what that raises passes."""
+
+    def __call__(self, views: Any, pipeline: Any, rng: Any) -> Any:
+        return pipeline.refine(views[0], views[1], np.eye(4))
+
+
+def refusal(method: Any) -> str:
+    """What is said when a stage of the method refuses its input."""
+    with pytest.raises(InputError) as caught:
+        library.register(blob_scans(3).scans, method)
+    assert type(caught.value) is InputError
+    return str(caught.value)
+
+
+def test_a_plugins_stage_that_refuses_its_input_is_named(method, monkeypatch):
+    use(monkeypatch, fake=plugin_with({"refine/bad": Refusing, "strategy/bad": Passing}))
+    said = "in refine=bad (dist-fake 0.3): scan 'blob_1': expected colours"
+    assert refusal(put(method, "refine", Refusing())) == said
+    # Once, whatever stages the error passes on its way: the innermost has raised it.
+    assert refusal(put(put(method, "refine", Refusing()), "strategy", Passing())) == said
+
+
+def test_a_stage_of_the_core_or_of_nobody_refuses_in_its_own_words(method, monkeypatch):
+    def refuse(*given: Any) -> Any:
+        raise InputError("refine.exponent: expected another")
+
+    said = "refine.exponent: expected another"
+    assert refusal(put(method, "refine", Bad(refuse))) == said
+    use(monkeypatch, fake=plugin_with({"strategy/bad": Passing}))
+    monkeypatch.setattr(TrimmedICP, "__call__", refuse)
+    assert refusal(put(put(method, "refine", TrimmedICP()), "strategy", Passing())) == said
+
+
 CASES = [
     pytest.param(kind, change, said, id=f"{kind}-{k}")
     for kind, each in WRONG.items()

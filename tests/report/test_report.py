@@ -41,6 +41,12 @@ def test_has_what_is_promised():
 
 def test_stages_of_the_pairs_are_summed_and_those_given_win():
     assert report()["seconds"] == {"load": 0.5, "total": 1.5, "seed": 0.5, "refine": 0.5}
+    pair = Pair("b.ply", "a.ply", Verdict(True, 1.0, 2.0, ""), np.eye(4), 0.6, 0.01, {"seed": 0.25})
+    alone = Result("a.ply", {"a.ply": np.eye(4)}, ("b.ply", "c.ply"), (pair, pair))
+    about = {"method": "m", "rng": None, "config": {}}
+    for given, expected in (({}, 0.5), ({"seed": 0.125}, 0.125)):
+        found = build_report(scanset(), [], alone, seconds=given, **about)
+        assert found["seconds"] == {"seed": expected}
 
 
 def test_errors_are_in_the_table_and_the_totals():

@@ -6,6 +6,7 @@ import numpy as np
 
 from mvreg.kernels import (
     anderson,
+    contacts,
     descriptor_matches,
     descriptors,
     evidence,
@@ -13,12 +14,14 @@ from mvreg.kernels import (
     grid,
     hidden,
     icp,
-    joint,
     moments,
+    normal_equations,
     overlap,
+    patches,
     propagate,
     ransac,
     rays,
+    residuals,
     text,
     trimmed_pairs,
 )
@@ -42,7 +45,7 @@ def made():
     parts = points, axes, bends[:, :2], bends, normals, np.ones(N), whole
     return {
         "points": points, "normals": normals, "scales": scales, "tree": index, "axes": axes,
-        "words": rng.normal(size=(K, 6)), "parts": parts, "patches": joint.Patches(index, *parts),
+        "words": rng.normal(size=(K, 6)), "parts": parts, "patches": patches.Patches(index, *parts),
         "shape": propagate.Shape(points[:K], scales, rng.normal(size=(K, 6))),
         "rays": rays.Rays(points, np.array([0.0, 0, 1]), None, 0.5),
         "pairs": np.stack([np.arange(12), np.arange(12)], axis=1),
@@ -53,7 +56,7 @@ def made():
 
 
 def rows_given():
-    """A call's arguments of `joint.rows`; it writes into the last three."""
+    """A call's arguments of `residuals.rows`; it writes into the last three."""
     m, some = made(), np.arange(12)
     out = np.zeros(12), np.zeros((12, 6)), np.zeros((12, 3))
     return (
@@ -100,22 +103,22 @@ def cases():
         "icp.plane_icp": (
             icp.plane_icp, (index, m["normals"], points, motion, *some, 2.0, 5, 0.1, 0.1, True),
         ),
-        "joint.Patches": (joint.Patches, (index, *m["parts"])),
-        "joint.gaps": (joint.gaps, (m["patches"], points, np.arange(N), False)),
-        "joint.contacts": (
-            joint.contacts,
+        "patches.Patches": (patches.Patches, (index, *m["parts"])),
+        "patches.gaps": (patches.gaps, (m["patches"], points, np.arange(N), False)),
+        "contacts.contacts": (
+            contacts.contacts,
             ([m["patches"]] * 2, m["motions"], m["ways"], 0.5, 1, False, 0.5, np.ones(2, bool)),
         ),
-        "joint.rows": (joint.rows, rows_given()),
-        "joint.normal_equations": (
-            joint.normal_equations, (m["jacobian"], twelve, twelve, ends, 1.0, 3.0),
+        "residuals.rows": (residuals.rows, rows_given()),
+        "normal_equations.normal_equations": (
+            normal_equations.normal_equations, (m["jacobian"], twelve, twelve, ends, 1.0, 3.0),
         ),
-        "joint.cell_sums": (
-            joint.cell_sums,
+        "normal_equations.cell_sums": (
+            normal_equations.cell_sums,
             (m["jacobian"], twelve, twelve, points[:12], ends, 1.0, 3.0, -9 * np.ones(3), 0.5,
              np.array([40, 40, 40])),
         ),
-        "joint.farthest": (joint.farthest, (points, motion, motion)),
+        "residuals.farthest": (residuals.farthest, (points, motion, motion)),
         "moments.moments": (moments.moments, (index, points, np.array([0.2, 0.5, 1.0]))),
         "moments.normals": (moments.normals, (index, points, 6)),
         "propagate.About": (propagate.About, ()),

@@ -38,13 +38,13 @@ def drifted(by: float) -> np.ndarray:
 def test_poses_are_rigid_to_a_millionth_in_any_unit(unit):
     there = se3.from_parts(POSE[:3, :3], POSE[:3, 3] * unit)
     assert checks.pose("pose", there) is there
-    for by, fits in ((1e-12, True), (5e-7, True), (3e-6, False), (-3e-6, False)):
+    for by, fits in ((1e-12, True), (9e-7, True), (1.2e-6, False), (-1.2e-6, False)):
         pose = drifted(by)
         pose[:3, 3] *= unit
         if fits:
             assert checks.pose("pose", pose) is pose
         else:
-            with pytest.raises(RecordError, match=r"pose: expected a rigid motion.* 3e-06 from"):
+            with pytest.raises(RecordError, match=r"pose: expected a rigid motion.* 1.2e-06 from"):
                 checks.pose("pose", pose)
 
 

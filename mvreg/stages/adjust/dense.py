@@ -1,4 +1,4 @@
-"""Views with all their raw points, as targets for the last digits."""
+"""Views at full resolution, as targets of the final refinement."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from mvreg.types import View
 def dense(views: Sequence[View]) -> list[View]:
     """The views with every raw point of their scans, and normals there.
 
-    Closest points in a thinned view are off by its sampling, which pulls a point-to-point
-    refinement askew; among all the raw points they are hardly off. Sources may stay thin. A view
-    that knows no scan stays as it is. Keypoints and descriptors stay, too.
+    Closest points in a down-sampled view are off by its sampling, which biases point-to-point
+    refinement; among all the raw points the bias is negligible. Sources may stay down-sampled. A
+    view without a scan is returned as it is. Keypoints and descriptors are kept.
     """
     return in_threads(_dense, views)
 

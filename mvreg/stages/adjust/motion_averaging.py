@@ -1,4 +1,4 @@
-"""Motion averaging: the poses that agree best with many measured relative motions."""
+"""Motion averaging: absolute poses by least squares from redundant relative motions."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ ROUNDING = 1e-12
 def average(
     motions: Array, edges: Sequence[Edge], weights: Array, reference: int
 ) -> tuple[Array, set[int]]:
-    """Poses that agree with weighted relative motions best, in the sense of least squares.
+    """Least-squares absolute poses from weighted relative motions.
 
     Lie-algebraic averaging (Govindu 2004; Govindu and Pooja, TIP 2014). An edge that is satisfied
     has ``M_i M_ij = M_j``. Each step takes what is left, ``v = log(M_i M_ij M_j^-1)``, solves
@@ -82,7 +82,7 @@ def _incidence(tails: Array, heads: Array, free: Array) -> Array:
 
 @dataclass(frozen=True)
 class MotionAveraging:
-    """Measure the views that overlap pair by pair again, and average the motions on SE(3).
+    """Re-register all overlapping pairs of views, and average the relative motions on SE(3).
 
     After Govindu and Pooja (TIP 2014), with trimmed pairs as Li and Zhu (3DV 2014, MATrICP):
     the pairs of placed views that overlap are refined from the current poses, by the pipeline's
@@ -97,14 +97,15 @@ class MotionAveraging:
         Pairs that share more than this, see `view_graph.overlaps`, are measured: 0.5 in Li and
         Zhu.
     max_rounds : int
-        Most rounds of measuring and averaging: 30 in the published code of Li and Zhu.
+        Maximum number of rounds of registration and averaging: 30 in the published code of Li and
+        Zhu.
     dense : bool
         Measure against all the raw points of the target. The papers measure against the thinned
         scan; point-to-point refinement then leaves the Bunny worse than the growing strategy did.
     guarded : bool
-        Undo a round after which the surfaces lie worse on each other, see
-        `mvreg.surface.consistency.fit_score`, and stop. The papers do not look; but a few motions
-        measured wrongly turn all poses askew.
+        Undo a round after which the surfaces fit worse, see
+        `mvreg.surface.consistency.fit_score`, and stop. The papers have no such test; but a few
+        wrong relative motions distort all poses.
     """
 
     min_overlap: float = 0.5
@@ -128,7 +129,7 @@ class MotionAveraging:
         return over_components(result, lambda part: self.improved(part, views, pipeline))
 
     def improved(self, result: Result, views: Sequence[View], pipeline: Pipeline) -> Result:
-        """One partial model, the pose of its reference held."""
+        """Adjust one partial model with its reference fixed."""
         placed = [view for view in views if view.name in result.poses]
         if len(placed) < 2:
             return result
@@ -149,7 +150,7 @@ class MotionAveraging:
         return best
 
     def averaged(self, result: Result, views: Sequence[View], edges: Sequence[Edge]) -> Result:
-        """The result with the poses that the edges between `views` ask for; itself for none."""
+        """The result with averaged poses; itself if no edge leads to the reference."""
         names = [view.name for view in views]
         motions = np.stack([result.poses[name] for name in names])
         reference = names.index(result.reference)
@@ -165,7 +166,7 @@ class WeightedMotionAveraging(MotionAveraging):
     """Motion averaging in which an edge counts as much as its views overlap.
 
     Guo et al. 2017, "Weighted motion averaging for the registration of multi-view range scans":
-    motions measured on little overlap are the less reliable ones. All else, the parameters too, is
+    motions estimated from little overlap are less reliable. All else, including the parameters, is
     `MotionAveraging`.
     """
 

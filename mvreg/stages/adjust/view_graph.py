@@ -1,4 +1,4 @@
-"""The view graph: which placed views overlap, and their relative motions, measured pair by pair.
+"""The view graph: which placed views overlap, and their relative motions from pair-wise ICP.
 
 What motion averaging and its relatives start from. The rule for the overlap is that of Li and Zhu
 (3DV 2014): all the nearest-neighbour distances into a view are pooled and trimmed together, so that
@@ -30,7 +30,7 @@ def edges(
     min_overlap: float = 0.5,
     targets: Sequence[View] | None = None,
 ) -> list[Edge]:
-    """Measure the relative motion of every ordered pair of placed views that overlap enough.
+    """Estimate the relative motion of every ordered pair of placed views that overlap enough.
 
     Parameters
     ----------

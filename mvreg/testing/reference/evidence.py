@@ -80,20 +80,20 @@ def contact_heights(
     target: Array, planes: Array, points: Array, normals: Array, transform: Array, reach: float,
     least_cosine: float,
 ) -> tuple[Indices, Array]:  # fmt: skip
-    """As `mvreg.kernels.evidence.contact_heights`."""
+    """As `mvreg.kernels.overlap.contact_heights`."""
     which, gaps, cosines, there = partners(target, planes, points, normals, transform, reach)
     agree = np.abs(cosines) > least_cosine
     return which[agree], np.abs((gaps[agree] * there[agree]).sum(axis=1))
 
 
 def box(points: Array, transform: Array) -> tuple[Array, Array]:
-    """As `mvreg.kernels.evidence.box`."""
+    """As `mvreg.kernels.overlap.box`."""
     moved = se3.apply(transform, points)
     return moved.min(axis=0, initial=np.inf), moved.max(axis=0, initial=-np.inf)
 
 
 def hidden(points: Array, directions: Array, landmark: Array, cell: float, depth: float) -> Array:
-    """As `mvreg.kernels.evidence.hidden`."""
+    """As `mvreg.kernels.hidden.hidden`."""
     return np.array([_hidden(points, one, landmark, cell, depth) for one in directions])
 
 

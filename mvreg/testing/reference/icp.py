@@ -76,11 +76,11 @@ class Acceleration:
         self.to: list[Array] = []
 
     def forget(self) -> None:
-        """Begin again from the next step."""
+        """Discard the history: restart from the next step."""
         self.at, self.to = [], []
 
     def coordinates(self, pose: Array) -> Array:
-        """The turn from the base, times the radius, and where the middle goes (6,)."""
+        """The rotation vector from the base, times the radius, and the centroid's shift (6,)."""
         change = pose @ se3.invert(self.base)
         shift = se3.apply(change, self.centre) - self.centre
         return np.append(self.radius * se3.rotation_vector(change[:3, :3]), shift)

@@ -1,4 +1,4 @@
-"""Reference of `mvreg.kernels.joint`."""
+"""Reference of the joint refinement's kernels: patches, contacts, residuals, normal equations."""
 
 from __future__ import annotations
 

@@ -165,6 +165,14 @@ def test_links_tell_who_lies_on_whom():
         assert 0 < link.rms < 0.1 * first.scale.resolution
 
 
+def test_the_misfit_of_links_is_a_length():
+    start, seen = truth(), [scaled_view(view, 1000.0) for view in views()]
+    one = refine(start).links
+    other = refine({name: scaled_pose(pose, 1000.0) for name, pose in start.items()}, seen).links
+    assert [link.points for link in other] == [link.points for link in one]
+    np.testing.assert_allclose([k.rms for k in other], [1000 * k.rms for k in one], rtol=1e-3)
+
+
 def test_another_unit_changes_covariances_as_units_do():
     start = spoilt(truth(), views(), 1, 1)
     one = refine(start)

@@ -46,6 +46,14 @@ def test_exact_motions_with_gaps_give_exact_poses(degrees: float, rng: np.random
     assert apart(decomposition.synchronise(relative, known, begin, 0), poses) < 1e-4
 
 
+def test_fourth_rows_of_unknown_motions_are_known() -> None:
+    """Far from the truth, with few pairs known, they decide."""
+    rng = np.random.default_rng(3)
+    poses, relative, known = ring(10, 0.2, rng)
+    begin = shaken(poses, 90.0, rng)
+    assert apart(decomposition.synchronise(relative, known, begin, 0), poses) < 1e-3
+
+
 def test_unknown_motions_do_not_count(rng: np.random.Generator) -> None:
     poses, relative, known = ring(8, 0.4, rng)
     relative = np.where((known > 0)[..., None, None], relative, 1e3)

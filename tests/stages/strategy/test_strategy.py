@@ -128,11 +128,16 @@ def test_a_level_that_names_nothing_is_refused_at_once():
 def test_the_default_levels_suit_every_judge_of_the_core():
     from mvreg.plugins import manager
 
-    for key, stage in manager.stages().items():
-        if key.startswith("judge/") and stage.plugin == "mvreg":
-            one = replace(pipeline(), judge=stage.cls())
-            for level in GrowStrategy().levels:
-                one.with_parameters(level)
+    judges = [
+        stage.cls
+        for key, stage in manager.stages().items()
+        if key.startswith("judge/") and stage.plugin == "mvreg"
+    ]
+    assert len(judges) > 2 and GrowStrategy().levels
+    for judge in judges:
+        for level in GrowStrategy().levels:
+            one = replace(pipeline(), judge=judge()).with_parameters(level)
+            assert type(one.judge) is judge
 
 
 def test_observers_see_the_model_grow():

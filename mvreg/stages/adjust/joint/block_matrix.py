@@ -15,7 +15,7 @@ FEW = 32
 
 
 def of_blocks(blocks: Array, rows: Indices, columns: Indices, shape: tuple[int, int]) -> Any:
-    """The matrix of blocks that add up where they fall on each other.
+    """Assemble a matrix from blocks; those at the same place are summed.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def of_blocks(blocks: Array, rows: Indices, columns: Indices, shape: tuple[int, 
 
 
 def solver(matrix: Any, damping: float) -> Callable[[Array], Array]:
-    """What solves for right sides (n,) or (n, r), once `damping` times its mean is on the diagonal.
+    """A solver for right-hand sides (n,) or (n, r), with `damping` times its mean on the diagonal.
 
     SciPy's sparse LU is factored once.
     """

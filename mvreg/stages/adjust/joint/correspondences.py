@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from mvreg.geometry.boxes import near_boxes
 from mvreg.geometry.ragged import ends_of, picked
-from mvreg.kernels import joint, overlap
+from mvreg.kernels import contacts as kernel
+from mvreg.kernels import overlap
+from mvreg.kernels.results import PatchContacts
 from mvreg.parallel import in_threads, slices
 from mvreg.stages.adjust.joint.surface import Surface
 from mvreg.surface.overlap import LEAST_COSINE
@@ -86,7 +88,7 @@ def touching(surfaces: Sequence[Surface], motions: Array, reach: float) -> list[
 def contacts(
     surfaces: Sequence[Surface], motions: Array, pairs: Sequence[tuple[int, int]], gate: Gate
 ) -> Contacts:
-    """What lies on what, both ways, for every one of `pairs` that touches enough.
+    """The contacts of each of `pairs`, in both directions, for those with enough of them.
 
     Samples find the nearest patch; both must be whole, and the normals agree. The ways come in the
     order of `pairs`.
@@ -95,17 +97,16 @@ def contacts(
     oriented = np.array([surface.oriented for surface in surfaces])
     ways = np.array([way for i, j in pairs for way in ((i, j), (j, i))], np.intp).reshape(-1, 2)
 
-    def found(part: slice) -> tuple[Indices, Indices, Indices]:
-        return joint.contacts(
+    def found(part: slice) -> PatchContacts:
+        return kernel.contacts(
             patches, motions, ways[part], gate.reach, gate.stride, gate.flat, LEAST_COSINE,
             oriented,
         )  # fmt: skip
 
     parts = in_threads(found, slices(len(ways), 1))
-    counts, samples, others = (
-        np.concatenate(each)
-        for each in zip(*((np.diff(ends), *where) for ends, *where in parts), strict=True)
-    )
+    counts = np.concatenate([np.diff(part.ends) for part in parts])
+    samples = np.concatenate([part.samples for part in parts])
+    others = np.concatenate([part.patches for part in parts])
     every = Contacts(ways, ends_of(counts), samples, others, np.ones(len(samples)))
     enough = np.repeat(counts.reshape(-1, 2).sum(axis=1) >= FEWEST, 2) & (counts > 0)
     kept = every.some(enough)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mvreg.kernels import joint
+from mvreg.kernels.normal_equations import cell_sums
 from mvreg.stages.adjust.joint.block_matrix import of_blocks, some_columns
 from mvreg.stages.adjust.joint.normal_equations import CUT, Frame, Rows, System, curvature, weight
 from mvreg.types import Array
@@ -79,14 +79,14 @@ def _cell_gradients(found: Rows, system: System, width: float, cell: float) -> A
     low, high = found.points.min(axis=0), found.points.max(axis=0)
     across = np.floor((high - low) / cell).astype(np.int64) + 1
     sums = found.in_parts(
-        lambda _, ends: joint.cell_sums(
+        lambda _, ends: cell_sums(
             found.jacobian, found.residuals, found.contacts.weights, found.points, ends, width,
             CUT, low, cell, across,
         )
     )  # fmt: skip
-    counts = np.concatenate([np.diff(ends) for ends, _, _ in sums])
-    _, cells = np.unique(np.concatenate([cells for _, cells, _ in sums]), return_inverse=True)
-    slopes = np.concatenate([slopes for _, _, slopes in sums])[:, None]
+    counts = np.concatenate([np.diff(part.ends) for part in sums])
+    _, cells = np.unique(np.concatenate([part.cells for part in sums]), return_inverse=True)
+    slopes = np.concatenate([part.sums for part in sums])[:, None]
     source, target = np.repeat(system.place[found.contacts.ways], counts, axis=0).T
     here, there = source >= 0, target >= 0
     return of_blocks(

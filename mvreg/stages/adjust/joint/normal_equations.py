@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from mvreg.geometry import se3
-from mvreg.kernels import joint
+from mvreg.kernels import normal_equations as kernel
+from mvreg.kernels import residuals as residual_kernel
 from mvreg.parallel import Answer, in_threads, slices
 from mvreg.stages.adjust.joint.block_matrix import of_blocks, solver
 from mvreg.stages.adjust.joint.correspondences import Contacts
@@ -88,7 +89,7 @@ def rows(
     made = Rows(contacts, np.empty(size), np.empty((size, 6)), np.empty((size, 3)))
     patches = [surface.patches for surface in surfaces]  # built once, before the threads ask
     made.in_parts(
-        lambda part, ends: joint.rows(
+        lambda part, ends: residual_kernel.rows(
             patches, motions, contacts.ways[part], ends, contacts.samples, contacts.patches,
             frame.centre, frame.radius, flat, made.residuals, made.jacobian, made.points,
         )
@@ -97,7 +98,7 @@ def rows(
 
 
 def spread(residuals: Array) -> float:
-    """The residuals' standard deviation, by their median, in their unit."""
+    """A robust standard deviation of the residuals, from their median absolute value."""
     sizes = np.abs(residuals)
     half = len(sizes) // 2
     sizes.partition(half)  # `np.median` takes three times as long
@@ -138,11 +139,12 @@ class System:
     def of(cls, found: Rows, free: Sequence[int], width: float) -> System:
         """Sum over all rows, each with its weight and the kernel's."""
         sums = found.in_parts(
-            lambda _, ends: joint.normal_equations(
+            lambda _, ends: kernel.normal_equations(
                 found.jacobian, found.residuals, found.contacts.weights, ends, width, CUT
             )
         )
-        blocks, slopes = (np.concatenate(each) for each in zip(*sums, strict=True))
+        blocks = np.concatenate([part.normals for part in sums])
+        slopes = np.concatenate([part.gradients for part in sums])
         place = np.full(found.contacts.ways.max() + 1, -1)
         place[free] = np.arange(len(free))
         source, target = place[found.contacts.ways].T
@@ -160,7 +162,7 @@ class System:
         return cls(normal, gradient.ravel(), place)
 
     def solver(self) -> Callable[[Array], Array]:
-        """What solves the damped equations for right sides (6 F,) or (6 F, r)."""
+        """A solver of the damped equations for right-hand sides (6 F,) or (6 F, r)."""
         return solver(self.normal, DAMPING)
 
     def step(self) -> Array:

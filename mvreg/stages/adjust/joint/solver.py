@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mvreg.geometry import se3
-from mvreg.kernels import joint
+from mvreg.kernels import residuals as kernel
 from mvreg.stages.adjust.joint.correspondences import Contacts, Gate, contacts, touching
 from mvreg.stages.adjust.joint.covariance import covariances
 from mvreg.stages.adjust.joint.normal_equations import CUT, Frame, Rows, System, rows, spread
@@ -43,7 +43,7 @@ CELL = 4.0
 
 @dataclass(frozen=True, eq=False)
 class Settled:
-    """Where the poses came to rest: those that moved, what is known of them, and what they rest on.
+    """The converged poses that were free, their covariances, and the links that they rest on.
 
     `poses` and `covariances` by name, as in `Result`; `links` are ordered pairs.
     """
@@ -55,7 +55,7 @@ class Settled:
 
 @dataclass(frozen=True, eq=False)
 class Solver:
-    """The problem: surfaces, their names, the one held `fixed`, and the stage's parameters."""
+    """The least-squares problem: named surfaces, the `fixed` one, and the stage's parameters."""
 
     surfaces: Sequence[Surface]
     names: tuple[str, ...]
@@ -66,7 +66,7 @@ class Solver:
     max_rounds: int
 
     def settle(self, poses: Sequence[Array]) -> Settled | None:
-        """Move all poses that a chain of contacts joins to the fixed one; None if there is none."""
+        """Optimise all poses connected to the fixed one by contacts; None if there are none."""
         motions, found, free, least = np.stack(poses), None, list[int](), 1
         for stride, flat, near, still in PHASES:
             gate = Gate((near or self.reach) * self.resolution, max(stride, least), flat)
@@ -86,7 +86,7 @@ class Solver:
         return len(found.samples) * gate.stride >= CROWDED * samples
 
     def round(self, motions: Array, gate: Gate, still: float) -> tuple[Array, Contacts, list[int]]:
-        """Find contacts and solve: the motions, the contacts, and what was free to move."""
+        """One round of correspondences and Gauss-Newton: motions, contacts, and the free poses."""
         found, free = self.held(motions, gate)
         if not free:
             return motions, found, free
@@ -103,7 +103,7 @@ class Solver:
         return motions, found, free
 
     def held(self, motions: Array, gate: Gate) -> tuple[Contacts, list[int]]:
-        """Contacts of all that hangs together with the fixed scan, and what may move of it."""
+        """Contacts among the scans connected to the fixed one, and the free poses among these."""
         pairs = touching(self.surfaces, motions, gate.reach)
         found = contacts(self.surfaces, motions, pairs, gate)
         joined = reachable(map(tuple, found.ways.tolist()), self.fixed)
@@ -111,20 +111,20 @@ class Solver:
         return found.some(np.isin(found.ways[:, 0], list(joined))), free
 
     def width(self, residuals: Rows, frame: Frame) -> float:
-        """The kernel's width, in the frame's radius."""
+        """The width of the robust kernel, in units of the frame's radius."""
         scatter = spread(residuals.residuals)
         return max(self.kernel * scatter, NARROWEST * self.resolution / frame.radius)
 
     def farthest(self, before: Array, after: Array) -> float:
         """How far any sample has moved, in resolutions."""
         moves = [
-            joint.farthest(s.points, old, new)
+            kernel.farthest(s.points, old, new)
             for s, old, new in zip(self.surfaces, before, after, strict=True)
         ]
         return max(moves) / self.resolution
 
     def summary(self, motions: Array, found: Contacts, free: Sequence[int]) -> Settled:
-        """What to report of the poses found, given the contacts that they rest on."""
+        """Poses, covariances and links at convergence."""
         frame = Frame.of(self.surfaces, motions)
         residuals = rows(self.surfaces, motions, found, frame, flat=False)
         width = self.width(residuals, frame)

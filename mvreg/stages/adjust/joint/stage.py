@@ -75,7 +75,7 @@ class JointRefinement:
         return over_components(result, lambda part: self.improved(part, views))
 
     def improved(self, result: Result, views: Sequence[View]) -> Result:
-        """One partial model, the pose of its reference held; itself where that came to nothing."""
+        """Refine one partial model with its reference fixed; itself where that fails."""
         poses, settled = self.refined(result.poses, result.reference, views)
         if settled is None:
             return result
@@ -86,7 +86,7 @@ class JointRefinement:
     def refined(
         self, poses: Mapping[str, Array], fixed: str, views: Sequence[View]
     ) -> tuple[Mapping[str, Array], Settled | None]:
-        """Poses refined with that of the scan `fixed` held; None where it has come to nothing."""
+        """Poses refined with that of the scan `fixed` held; None where that fails."""
         placed = [view for view in views if view.name in poses and len(view.points)]
         names = [view.name for view in placed]
         if len(placed) < 2 or fixed not in names or not placed[0].scale.resolution > 0:

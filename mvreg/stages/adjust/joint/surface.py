@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 
 from mvreg.evidence.view_pair import surface_samples
 from mvreg.geometry.nearest import build_tree
-from mvreg.kernels import fit, joint
+from mvreg.kernels import fit
+from mvreg.kernels.patches import Patches, gaps
+from mvreg.kernels.results import Gaps
 from mvreg.parallel import in_threads
 from mvreg.stages.adjust.joint.patches import axes_about, shares
 from mvreg.surface.normals import facing_normals
@@ -91,9 +93,9 @@ class Surface:
     oriented: bool
 
     @lazy
-    def patches(self) -> joint.Patches:
+    def patches(self) -> Patches:
         """The patches as the compiled kernels ask for them."""
-        return joint.Patches(
+        return Patches(
             self.tree, self.points, self.axes, self.slopes, self.bends, self.normals, self.reach,
             self.whole,
         )  # fmt: skip
@@ -104,7 +106,7 @@ class Surface:
         middle = self.points.mean(axis=0)
         return middle, float(((self.points - middle) ** 2).sum())
 
-    def gaps(self, points: Array, patches: Indices, flat: bool) -> tuple[Array, Array, Array]:
+    def gaps(self, points: Array, patches: Indices, flat: bool) -> Gaps:
         """How far points are from patches, across the surface and along it.
 
         Parameters
@@ -115,16 +117,8 @@ class Surface:
         flat : bool
             Ask the tangent planes instead, for points that are far away.
 
-        Returns
-        -------
-        heights : (M,) array
-            Signed distances to the surface, to first order (length).
-        normals : (M, 3) array
-            Of the surface below the points, unit.
-        aside : (M,) array
-            How far the points are from the middle of the patch, along it (length).
         """
-        return joint.gaps(self.patches, points, patches, flat)
+        return gaps(self.patches, points, patches, flat)
 
 
 def surfaces(views: Sequence[View], dense: bool = False) -> list[Surface]:
@@ -157,24 +151,25 @@ def _surface(view: View, dense: bool) -> Surface:
 
 
 def _fitted(tree: Tree, count: int, samples: Array, facing: Array, oriented: bool) -> Surface:
-    """Patches through the `count` raw points of a tree about each sample, by least squares."""
+    """Patches fitted by least squares to the `count` raw points nearest to each sample."""
     axes = axes_about(facing)
-    heights, slopes, bends, reach, lopsided = fit.fit(tree, samples, axes, count, RIDGE)
+    found = fit.fit(tree, samples, axes, count, RIDGE)
+    reach = found.reach
     unit = np.where(reach > 0, reach, 1.0)
-    upright = np.column_stack([-slopes, np.ones(len(slopes))])
+    upright = np.column_stack([-found.slopes, np.ones(len(samples))])
     upright /= np.sqrt((upright**2).sum(axis=1, keepdims=True))
-    points = samples + heights[:, None] * axes[:, 2]
+    points = samples + found.heights[:, None] * axes[:, 2]
     density = np.where(reach > 0, count / (np.pi * unit**2), 0.0)
     own = build_tree(points)
     return Surface(
         points=points,
         axes=axes,
-        slopes=slopes,
-        bends=bends,
+        slopes=found.slopes,
+        bends=found.bends,
         normals=(upright[:, None] @ axes)[:, 0],
         reach=reach,
         density=density,
-        whole=(reach > 0) & (lopsided < LOPSIDED) & (count >= FEWEST),
+        whole=(reach > 0) & (found.lopsided < LOPSIDED) & (count >= FEWEST),
         incidence_weight=np.ones(len(samples)),
         share=shares(own, density, tree.n),
         tree=own,

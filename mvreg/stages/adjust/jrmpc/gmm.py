@@ -44,7 +44,7 @@ class Mixture:
 
 @dataclass(frozen=True, eq=False)
 class Shares:
-    """Who made which point: `chosen` (N, C) components, and the posterior (N, C) of each.
+    """Responsibilities: the `chosen` (N, C) components of each point, and their posteriors (N, C).
 
     A row's rest is the outliers'; `likelihood` is the log of the points' density.
     """

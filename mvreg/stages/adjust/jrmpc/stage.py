@@ -84,7 +84,7 @@ class JointMixture:
         return over_components(result, lambda part: self.improved(part, views, pipeline))
 
     def improved(self, result: Result, views: Sequence[View], pipeline: Pipeline) -> Result:
-        """One partial model, the pose of its reference held."""
+        """Adjust one partial model with its reference fixed."""
         placed = [view for view in views if view.name in result.poses and fixes_pose(view.points)]
         joined = self.joined(result, placed)
         if len(joined) < 2:
@@ -143,7 +143,7 @@ def without_diverged(
 
 
 def contacts(poses: Mapping[str, Array], views: Sequence[View]) -> Array:
-    """How much each view shares with the others (N,), both ways, added up."""
+    """The total overlap of each view with all others (N,), in both directions."""
     shares = overlaps(poses, views)
     total: Array = shares.sum(axis=0) + shares.sum(axis=1)
     return total

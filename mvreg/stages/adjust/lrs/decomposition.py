@@ -63,7 +63,7 @@ def decompose(data: Array, weights: Array, start: Array) -> Array:
 
 
 def synchronise(relative: Array, weights: Array, poses: Array, reference: int) -> Array:
-    """Poses that agree with most of the relative motions exactly, if they can.
+    """Robust synchronisation: poses that agree with most relative motions exactly, if possible.
 
     A matrix of blocks ``X_ij = M_i^-1 M_j`` is ``[M_i^-1] [M_j]``, of rank 4: what disagrees with
     a few of the blocks, or misses some, is told from the others. Before, the blocks are expressed

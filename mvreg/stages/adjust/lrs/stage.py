@@ -20,7 +20,7 @@ from mvreg.types.view_graph import reachable
 
 @dataclass(frozen=True)
 class LowRankSparse:
-    """Measure the views that overlap pair by pair again, and drop what contradicts the rest.
+    """Re-register all overlapping pairs of views, and reject the outliers among their motions.
 
     LRS of Arrigoni, Rossi and Fusiello (ECCV 2016), with their L1-ALM: the relative motions make a
     matrix of rank 4, of which some blocks are missing and a few grossly wrong; the matrix of rank 4
@@ -57,7 +57,7 @@ class LowRankSparse:
         return over_components(result, lambda part: self.improved(part, views, pipeline))
 
     def improved(self, result: Result, views: Sequence[View], pipeline: Pipeline) -> Result:
-        """One partial model, the pose of its reference held."""
+        """Adjust one partial model with its reference fixed."""
         placed = [view for view in views if view.name in result.poses and fixes_pose(view.points)]
         names = [view.name for view in placed]
         if result.reference not in names:
@@ -107,7 +107,7 @@ class LowRankSparse:
         return completed(relative, weights) if self.complete else (relative, weights)
 
     def weights(self, views: Sequence[View], edges: Sequence[Edge]) -> Array:
-        """How much each edge counts (E,), at most one."""
+        """The weight of each edge (E,), at most one."""
         if not self.weighted:
             return np.ones(len(edges))
         # Motions that fit to a thousandth of the resolution are exact: no weight without bound.
@@ -119,7 +119,7 @@ class LowRankSparse:
 
 
 def completed(relative: Array, weights: Array) -> tuple[Array, Array]:
-    """Missing motions from two that are known, by way of the view with the largest product.
+    """Fill in missing motions from two known ones, via the view of the largest weight product.
 
     The product of the two weights becomes the weight.
     """

@@ -1,0 +1,72 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
+# cython: initializedcheck=False
+"""What the other kernels need of the patches of a surface."""
+
+from libc.math cimport sqrt
+from libcpp.vector cimport vector
+
+from mvreg.kernels.tree cimport Tree
+
+cdef struct Patch:
+    double point[3]
+    double axes[9]
+    double slope[2]
+    double bend[3]
+    double normal[3]
+    double reach
+    bint whole
+
+
+cdef class Patches:
+    cdef Tree tree
+    cdef vector[Patch] patch
+    cdef Py_ssize_t size
+
+
+cdef Patches one_of(surfaces, Py_ssize_t k)
+cdef vector[double] placed(motions, Py_ssize_t count) except *
+
+
+cdef inline double height(
+    const Patch* patch, const double* x, bint flat, double* normal, double* aside
+) noexcept nogil:
+    """How far a point is from a patch; the surface's normal there; how far along it (squared)."""
+    cdef double local[3]
+    cdef double gap[3]
+    cdef double a, b, below, first = patch.slope[0], second = patch.slope[1], bent, other, shallow
+    cdef int m
+    for m in range(3):
+        gap[m] = x[m] - patch.point[m]
+    for m in range(3):
+        local[m] = (patch.axes[3 * m] * gap[0] + patch.axes[3 * m + 1] * gap[1]
+                    + patch.axes[3 * m + 2] * gap[2])
+    a, b = local[0], local[1]
+    # h(a, b) = s . (a, b) + c . (a^2 / 2, a b, b^2 / 2), and its gradient.
+    below = first * a + second * b
+    if not flat:
+        bent = patch.bend[0] * a + patch.bend[1] * b
+        other = patch.bend[1] * a + patch.bend[2] * b
+        below += (bent * a + other * b) / 2
+        first, second = first + bent, second + other
+    # The distance to z = h(a, b) to first order, (z - h) / sqrt(1 + |grad h|^2) (Taubin 1991).
+    shallow = 1 / sqrt(1 + (first * first + second * second))
+    for m in range(3):
+        normal[m] = shallow * (
+            patch.axes[6 + m] - first * patch.axes[m] - second * patch.axes[3 + m])
+    aside[0] = a * a + b * b
+    return shallow * (local[2] - below)
+
+
+cdef inline void between(
+    const double* from_source, const double* from_target, double* motion
+) noexcept nogil:
+    """``T_target_source``."""
+    cdef int i, j, m
+    for i in range(3):
+        for j in range(3):
+            motion[3 * i + j] = 0
+            for m in range(3):
+                motion[3 * i + j] += from_target[3 * m + i] * from_source[3 * m + j]
+        motion[9 + i] = 0
+        for m in range(3):
+            motion[9 + i] += from_target[3 * m + i] * (from_source[9 + m] - from_target[9 + m])

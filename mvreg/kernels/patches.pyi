@@ -1,0 +1,21 @@
+import numpy as np
+from numpy.typing import NDArray
+
+from mvreg.geometry.arrays import Array, Indices
+from mvreg.kernels.results import Gaps
+from mvreg.kernels.tree import Tree
+
+class Patches:
+    def __init__(
+        self,
+        tree: Tree,
+        points: Array,
+        axes: Array,
+        slopes: Array,
+        bends: Array,
+        normals: Array,
+        reach: Array,
+        whole: NDArray[np.bool_],
+    ) -> None: ...
+
+def gaps(surface: Patches, points: Array, patches: Indices, flat: bool) -> Gaps: ...
