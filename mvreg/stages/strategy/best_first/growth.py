@@ -8,21 +8,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from mvreg.contracts import Pipeline
-from mvreg.evidence.pairing import view_pairs
-from mvreg.stages.strategy.best_first.hypotheses import (
-    LEAST_PROBABILITY,
-    Agreement,
-    Hypotheses,
-)
-from mvreg.stages.strategy.best_first.joint_verdict import checked_for_symmetry, together
+from mvreg.stages.strategy.best_first.hypotheses import Agreement, Hypotheses
+from mvreg.stages.strategy.best_first.joint_verdict import Check, checked_for_symmetry, together
 from mvreg.stages.strategy.best_first.loop_closure import LoopClosure
 from mvreg.stages.strategy.best_first.outcome import outcome
 from mvreg.stages.strategy.best_first.search import Search
-from mvreg.stages.strategy.best_first.symmetry import symmetry_hypotheses
+from mvreg.stages.strategy.best_first.second_look import looked_at_again
 from mvreg.types import Array, Edge, Pair, Registration, Verdict, View, ViewGraph
 
-#: Alternatives of an attempt that are looked at.
-ALTERNATIVES = 3
 #: A loop of pairs joins partial models if it is right with this probability.
 LEAST_CERTAIN = 0.95
 #: Unless all scans of the partial models together make it less probable than this: wrong poses have
@@ -82,36 +75,46 @@ class Growth:
         registration, pair = self.pipeline.register(
             view, target, self.graph, self.rng.spawn(1)[0], checks
         )
-        attempt = len(self.pairs)
         self.pairs.append(replace(pair, target=models.views[targets[0]].name))
-        if registration is None or not pair.verdict.reliable:
+        if registration is not None and not pair.verdict.reliable:
+            registration = self.reconsider(source, targets[0], registration, view, target, checks)
+        if registration is None:
             self.search.failed(source, targets)
-            if registration is not None:
-                self.keep(source, targets[0], registration, view, target, attempt)
             return False
         models.join(source, targets[0], registration.T_target_source)
         self.graph = self.graph.with_edge(Edge.of(registration, view, target))
         return True
 
-    def keep(
+    def reconsider(
         self,
         source: int,
         target: int,
         registration: Registration,
         moving: View,
         staying: View,
-        attempt: int,
-    ) -> None:
-        """Keep what a pair that was refused may yet be right in."""
-        judge = self.pipeline.judge
-        pose = registration.T_target_source
-        found = together(judge, view_pairs(moving, staying, pose)).probability
-        poses = [pose, *registration.alternatives[:ALTERNATIVES]]
-        if found >= LEAST_PROBABILITY:
-            poses += list(symmetry_hypotheses(registration, moving, staying, self.pipeline.refine))
-        poses = self.hypotheses.different(source, poses)
-        likely = [together(judge, view_pairs(moving, staying, pose)).probability for pose in poses]
+        checks: Sequence[Check],
+    ) -> Registration | None:
+        """Look at all poses of the last attempt: a reliable one, or None and hypotheses to keep."""
+        attempt = len(self.pairs) - 1
+        found, likely = looked_at_again(
+            self.pipeline, registration, moving, staying, source, self.hypotheses
+        )
+        best = int(np.argmax(likely))
+        if best > 0 and likely[best] > likely[0]:
+            others = [one.T_target_source for k, one in enumerate(found) if k != best]
+            chosen = replace(found[best], alternatives=np.array(others))
+            verdict = self.pipeline.judge(chosen, moving, staying, self.graph)
+            for check in checks:
+                verdict = check(chosen, verdict)
+            self.pairs[attempt] = replace(
+                self.pairs[attempt], verdict=verdict, T_target_source=chosen.T_target_source,
+                overlap=chosen.overlap, trimmed_mse=chosen.trimmed_mse,
+            )  # fmt: skip
+            if verdict.reliable:
+                return chosen
+        poses = [one.T_target_source for one in found]
         self.hypotheses.add(source, target, poses, likely, attempt)
+        return None
 
     def told(self) -> None:
         """Tell observers where the views are now."""

@@ -17,8 +17,9 @@ from mvreg.types import Array
 LEAST_PROBABILITY = 0.1
 #: No single pair is taken for more certain than this: its evidence may repeat itself elsewhere.
 MOST_PROBABILITY = 0.95
-#: The probability that a wrong pose agrees with what the other pairs of a loop say.
-CHANCE = 0.02
+#: The probability that a wrong pose agrees with what the other pairs of a loop say; and of one that
+#: has a rival at least half as probable, as slides along a corridor have: those agree more often.
+CHANCE, CHANCE_OF_RIVALS, RIVAL = 0.02, 0.2, 0.5
 #: Poses agree if they put the points of a view so near each other (RMS, in resolutions), times the
 #: root of the number of pairs in the loop.
 TOLERANCE = 4.0
@@ -30,7 +31,8 @@ COMPARED = 64
 class Hypothesis:
     """A relative pose of views `source` and `target`, right with `probability` by itself.
 
-    `attempt` is the position of the pair that it comes from among all attempts.
+    `attempt` is the position of the pair that it comes from among all attempts; `chance` the
+    probability that it would agree with others if it were wrong.
     """
 
     source: int
@@ -38,6 +40,7 @@ class Hypothesis:
     T_target_source: Array
     probability: float
     attempt: int = 0
+    chance: float = CHANCE
 
     @property
     def pair(self) -> frozenset[int]:
@@ -59,15 +62,29 @@ class Bundle:
     against: tuple[Hypothesis, ...]
 
     @property
+    def counted(self) -> list[Hypothesis]:
+        """The two most probable: what else agrees with them is not independent.
+
+        In a building that repeats itself many pairs agree on one wrong answer.
+        """
+        return sorted(self.members, key=lambda one: -one.probability)[:2]
+
+    @property
     def right(self) -> float:
-        """The probability that all members are right, as far as they are independent."""
-        return float(np.prod([one.probability for one in self.members]))
+        """The probability that the members counted are right, as if they were independent."""
+        return float(np.prod([one.probability for one in self.counted]))
 
     @property
     def wrong(self) -> float:
-        """That all are wrong and agree by chance."""
-        wrong = np.prod([1 - one.probability for one in self.members])
-        return float(wrong * CHANCE ** (len(self.members) - 1))
+        """That they are wrong, and agree by chance if there are two."""
+        wrong = np.prod([1 - one.probability for one in self.counted])
+        chances = sorted(one.chance for one in self.counted)
+        return float(wrong * np.prod(chances[1:]))
+
+    @property
+    def chance(self) -> float:
+        """The probability that it closes a loop if it is wrong."""
+        return min(one.chance for one in self.members)
 
     @property
     def contradicted(self) -> float:
@@ -99,7 +116,7 @@ class Agreement:
         wrong = [bundle.wrong for bundle in self.bundles]
         right = [bundle.right for bundle in self.bundles]
         two = sum(wrong[a] * wrong[b] * right[3 - a - b] for a, b in combinations(range(3), 2))
-        return CHANCE * (two + float(np.prod(wrong)))
+        return max(one.chance for one in self.bundles) * (two + float(np.prod(wrong)))
 
     @property
     def edges(self) -> list[Hypothesis]:
@@ -136,21 +153,27 @@ class Hypotheses:
         """Keep the poses of one attempt, of which one at most is right, as far as probable."""
         odds = np.array([min(p, MOST_PROBABILITY) for p in probabilities])
         odds = odds / (1 - odds)
-        for pose, share in zip(poses, odds / (1 + odds.sum()), strict=True):
+        shares = odds / (1 + odds.sum())
+        for k, (pose, share) in enumerate(zip(poses, shares, strict=True)):
             if share >= LEAST_PROBABILITY:
-                self.known.append(Hypothesis(source, target, pose, float(share), attempt))
+                rival = np.delete(shares, k).max(initial=0.0) >= RIVAL * share
+                chance = CHANCE_OF_RIVALS if rival else CHANCE
+                self.known.append(Hypothesis(source, target, pose, float(share), attempt, chance))
 
     def different(self, source: int, poses: Sequence[Array]) -> list[Array]:
         """The poses of view `source` that differ, the first of each."""
-        points = self.samples[source]
+        return [poses[k] for k in self.distinct(source, poses)]
+
+    def distinct(self, source: int, poses: Sequence[Array]) -> list[int]:
+        """Positions of the poses of view `source` that differ, the first of each."""
         apart = TOLERANCE * self.models.views[source].scale.resolution
-        kept: list[Array] = []
-        for pose in poses:
-            moved = se3.apply(pose, points)
-            gaps = [np.sqrt(((moved - se3.apply(one, points)) ** 2).sum(1).mean()) for one in kept]
+        kept: dict[int, Array] = {}
+        for k, pose in enumerate(poses):
+            moved = se3.apply(pose, self.samples[source])
+            gaps = [np.sqrt(((moved - other) ** 2).sum(axis=1).mean()) for other in kept.values()]
             if min(gaps, default=np.inf) > apart:
-                kept.append(pose)
-        return kept
+                kept[k] = moved
+        return list(kept)
 
     def agreements(self) -> list[Agreement]:
         """Every loop that closes, the best first, with odds that the rivals leave it."""
