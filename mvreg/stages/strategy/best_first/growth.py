@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from mvreg.contracts import Pipeline
+from mvreg.stages.strategy.best_first.closing import closing_pair
 from mvreg.stages.strategy.best_first.hypotheses import Agreement, Hypotheses
 from mvreg.stages.strategy.best_first.joint_verdict import Check, checked_for_symmetry, together
 from mvreg.stages.strategy.best_first.loop_closure import LoopClosure
@@ -113,7 +114,12 @@ class Growth:
             if verdict.reliable:
                 return chosen
         poses = [one.T_target_source for one in found]
-        self.hypotheses.add(source, target, poses, likely, attempt)
+        kept = self.hypotheses.add(source, target, poses, likely, attempt)
+        if kept:
+            best_kept = max(kept, key=lambda one: one.probability)
+            closing = closing_pair(self.hypotheses, best_kept, self.search.registered)
+            if closing is not None:
+                self.search.suggest(*closing)
         return None
 
     def told(self) -> None:

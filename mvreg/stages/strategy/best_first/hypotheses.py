@@ -149,8 +149,9 @@ class Hypotheses:
         poses: Sequence[Array],
         probabilities: Sequence[float],
         attempt: int = 0,
-    ) -> None:
+    ) -> list[Hypothesis]:
         """Keep the poses of one attempt, of which one at most is right, as far as probable."""
+        kept = []
         odds = np.array([min(p, MOST_PROBABILITY) for p in probabilities])
         odds = odds / (1 - odds)
         shares = odds / (1 + odds.sum())
@@ -158,7 +159,9 @@ class Hypotheses:
             if share >= LEAST_PROBABILITY:
                 rival = np.delete(shares, k).max(initial=0.0) >= RIVAL * share
                 chance = CHANCE_OF_RIVALS if rival else CHANCE
-                self.known.append(Hypothesis(source, target, pose, float(share), attempt, chance))
+                kept.append(Hypothesis(source, target, pose, float(share), attempt, chance))
+        self.known += kept
+        return kept
 
     def different(self, source: int, poses: Sequence[Array]) -> list[Array]:
         """The poses of view `source` that differ, the first of each."""
