@@ -4,16 +4,15 @@ import numpy as np
 import pytest
 
 from mvreg.geometry import se3
-from mvreg.stages.strategy.best_first.closing import closing_pair
-from mvreg.stages.strategy.best_first.growth import against
-from mvreg.stages.strategy.best_first.hypotheses import (
+from mvreg.stages.strategy.best_first.agreement import (
     CHANCE,
     CHANCE_OF_RIVALS,
-    LEAST_PROBABILITY,
     Bundle,
-    Hypotheses,
     Hypothesis,
+    against,
 )
+from mvreg.stages.strategy.best_first.closing import closing_pair
+from mvreg.stages.strategy.best_first.hypotheses import LEAST_PROBABILITY, Hypotheses
 from mvreg.stages.strategy.best_first.partial_models import PartialModels
 from mvreg.testing import blob_scans, blob_views
 

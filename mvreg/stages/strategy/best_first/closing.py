@@ -8,7 +8,8 @@ import numpy as np
 
 from mvreg.geometry import se3
 from mvreg.geometry.nearest import nearest
-from mvreg.stages.strategy.best_first.hypotheses import Hypotheses, Hypothesis
+from mvreg.stages.strategy.best_first.agreement import Hypothesis
+from mvreg.stages.strategy.best_first.hypotheses import Hypotheses
 from mvreg.types import Array
 
 #: A pair is worth registering if it would overlap so much: right pairs that the search finds have

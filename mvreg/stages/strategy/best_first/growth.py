@@ -8,20 +8,16 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from mvreg.contracts import Pipeline
+from mvreg.stages.strategy.best_first.agreement import Agreement
 from mvreg.stages.strategy.best_first.closing import closing_pair
-from mvreg.stages.strategy.best_first.hypotheses import Agreement, Hypotheses
+from mvreg.stages.strategy.best_first.hypotheses import Hypotheses
 from mvreg.stages.strategy.best_first.joint_verdict import Check, checked_for_symmetry, together
 from mvreg.stages.strategy.best_first.loop_closure import LoopClosure
 from mvreg.stages.strategy.best_first.outcome import outcome
 from mvreg.stages.strategy.best_first.search import Search
 from mvreg.stages.strategy.best_first.second_look import looked_at_again
+from mvreg.stages.strategy.best_first.settlement import Settlement
 from mvreg.types import Array, Edge, Pair, Registration, Verdict, View, ViewGraph
-
-#: A loop of pairs joins partial models if it is right with this probability.
-LEAST_CERTAIN = 0.95
-#: Unless all scans of the partial models together make it less probable than this: wrong poses have
-#: 0.05 at most, right ones 0.3 and more.
-LEAST_POOLED = 0.1
 
 
 @dataclass
@@ -46,13 +42,12 @@ class Growth:
     min_probability: float
     pairs: list[Pair] = field(default_factory=list)
     graph: ViewGraph = field(default_factory=ViewGraph)
-    refused: set[frozenset[int]] = field(default_factory=set)
-    supported: set[int] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         self.models = self.search.models
         self.loops = LoopClosure(self.search, self.pipeline, self.pairs, self.rng)
         self.hypotheses = Hypotheses(self.models)
+        self.settlement = Settlement(self.hypotheses, self.pipeline.judge)
 
     def grow(self) -> None:
         """Join partial models as long as there is something to try."""
@@ -60,7 +55,10 @@ class Growth:
             if self.attempt(*found):
                 self.search.joined()
                 self.told()
-            self.settle()
+            for agreement, certainty in self.settlement.joined():
+                self.record(agreement, certainty)
+                self.search.joined()
+                self.told()
 
     def attempt(self, source: int, targets: Sequence[int]) -> bool:
         """Register a view to views of another partial model, and join them if that is reliable."""
@@ -143,71 +141,18 @@ class Growth:
         reason = f"the other scans of the partial models contradict it: {found.reason}"
         return replace(verdict, reliable=False, reason=reason)
 
-    def settle(self) -> None:
-        """Join what pairs say that agree with each other, as long as some do."""
-        joined = True
-        while joined:
-            joined = False
-            found = self.hypotheses.agreements()
-            for agreement in found:
-                certainty = agreement.odds / (1 + agreement.odds + against(agreement, found))
-                if certainty < LEAST_CERTAIN:
-                    continue
-                if self.join(agreement, certainty):
-                    joined = True
-                    self.told()
-                    break
-
-    def join(self, agreement: Agreement, certainty: float) -> bool:
-        """Join the partial models of an agreement, unless all scans together contradict it."""
-        key = frozenset(edge.attempt for bundle in agreement.bundles for edge in bundle.members)
-        if key in self.refused:
-            return False
-        models = self.models
-        before = models.group.copy()
-        trial = models.copy()
-        for edge in agreement.edges:
-            trial.join(edge.source, edge.target, edge.T_target_source)
-        groups = sorted({end for bundle in agreement.bundles for end in bundle.ends})
-        crossing = []
-        for index, label in enumerate(groups[:-1]):
-            later = np.flatnonzero(np.isin(before, groups[index + 1 :]))
-            crossing += trial.view_pairs(np.flatnonzero(before == label).tolist(), later.tolist())
-        found = together(self.pipeline.judge, crossing)
-        if found.probability < LEAST_POOLED:
-            self.refused.add(key)
-            return False
-        for edge in agreement.edges:
-            models.join(edge.source, edge.target, edge.T_target_source)
-            views = models.views
-            self.graph = self.graph.with_edge(
-                Edge(views[edge.source].name, views[edge.target].name, edge.T_target_source)
-            )
+    def record(self, agreement: Agreement, certainty: float) -> None:
+        """Keep that pairs were right after all, since others agree with them."""
+        views = self.models.views
         for bundle in agreement.bundles:
             for edge in bundle.members:
-                self.supported |= edge.pair
-                self.confirm(edge.attempt, certainty)
-        self.search.joined()
-        return True
-
-    def confirm(self, attempt: int, certainty: float) -> None:
-        """Record that a pair was right after all, since others agree with it."""
-        pair = self.pairs[attempt]
-        verdict = replace(
-            pair.verdict, reliable=True, reason="other pairs agree with it",
-            confidence=max(certainty, pair.verdict.confidence or 0.0),
-        )  # fmt: skip
-        self.pairs[attempt] = replace(pair, verdict=verdict)
-
-
-def against(agreement: Agreement, found: Sequence[Agreement]) -> float:
-    """The odds of the best agreement that cannot be right together with this one."""
-    own = {bundle.ends: bundle for bundle in agreement.bundles}
-    return max(
-        (
-            other.odds
-            for other in found
-            if any(own.get(bundle.ends, bundle) is not bundle for bundle in other.bundles)
-        ),
-        default=0.0,
-    )
+                names = views[edge.source].name, views[edge.target].name
+                self.graph = self.graph.with_edge(Edge(*names, edge.T_target_source))
+                pair = self.pairs[edge.attempt]
+                verdict = replace(
+                    pair.verdict, reliable=True, reason="other pairs agree with it",
+                    confidence=max(certainty, pair.verdict.confidence or 0.0),
+                )  # fmt: skip
+                self.pairs[edge.attempt] = replace(
+                    pair, verdict=verdict, T_target_source=edge.T_target_source
+                )

@@ -12,7 +12,7 @@ from mvreg.contracts import Judge, Pipeline
 from mvreg.errors import check_ascending, check_positive
 from mvreg.evidence.view_pair import surface_samples
 from mvreg.parallel import in_threads
-from mvreg.stages.strategy.best_first.growth import LEAST_POOLED, Growth
+from mvreg.stages.strategy.best_first.growth import Growth
 from mvreg.stages.strategy.best_first.joint_verdict import (
     error_probability,
 )
@@ -20,6 +20,7 @@ from mvreg.stages.strategy.best_first.outcome import outcome
 from mvreg.stages.strategy.best_first.overlap_score import overlap_scores
 from mvreg.stages.strategy.best_first.partial_models import PartialModels
 from mvreg.stages.strategy.best_first.search import Search
+from mvreg.stages.strategy.best_first.settlement import LEAST_POOLED
 from mvreg.types import Result, View
 
 #: Scans that were withdrawn get so many further rounds of attempts.
@@ -80,7 +81,7 @@ class BestFirst:
         pipeline.begin(views[int(scores.sum(axis=1).argmax())])
         for _ in range(ROUNDS):
             growth.grow()
-            withdrawn = self.withdraw(models, pipeline.judge, growth.supported)
+            withdrawn = self.withdraw(models, pipeline.judge, growth.settlement.supported)
             growth.graph = growth.graph.without({views[k].name for k in withdrawn})
             if not withdrawn:
                 break
