@@ -12,7 +12,10 @@ from mvreg.types import Array
 
 #: The probability that a wrong pose agrees with what the other pairs of a loop say; and of one that
 #: has a rival at least half as probable, as slides along a corridor have: those agree more often.
-CHANCE, CHANCE_OF_RIVALS, RIVAL = 0.02, 0.2, 0.5
+CHANCE, CHANCE_OF_RIVALS, RIVAL = 0.2, 0.5, 0.5
+#: Pairs between two groups, the best two of them, must be as probable by themselves. In offices,
+#: whose rooms are nearly symmetric, wrong pairs that agree have 0.35 at most.
+LEAST_LIKELY = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +59,15 @@ class Bundle:
         In a building that repeats itself many pairs agree on one wrong answer.
         """
         return sorted(self.members, key=lambda one: -one.probability)[:2]
+
+    @property
+    def likely(self) -> bool:
+        """Whether the members counted are rather right than wrong, in the (geometric) mean.
+
+        What is symmetric agrees on a wrong answer as readily as on the right one, but hardly ever
+        makes it more probable than not.
+        """
+        return self.right ** (1 / len(self.counted)) >= LEAST_LIKELY
 
     @property
     def right(self) -> float:

@@ -17,7 +17,7 @@ from mvreg.types import Indices
 LEAST_CERTAIN = 0.95
 #: Unless all scans of the partial models together make it less probable than this: wrong poses have
 #: 0.05 at most, right ones 0.3 and more.
-LEAST_POOLED = 0.1
+LEAST_POOLED = 0.3
 
 
 class Settlement:
@@ -44,7 +44,8 @@ class Settlement:
             for agreement in found:
                 rivals = against(agreement, found)
                 certainty = agreement.odds / (1 + agreement.odds + rivals)
-                if certainty >= LEAST_CERTAIN and self.join(agreement):
+                likely = all(bundle.likely for bundle in agreement.bundles)
+                if likely and certainty >= LEAST_CERTAIN and self.join(agreement):
                     yield agreement, certainty
                     break
 
