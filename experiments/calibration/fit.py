@@ -6,6 +6,7 @@ overlap never speaks against a pose, more violation never for it.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -26,18 +27,26 @@ LEAST = (0.5, 0.5, 0.5, 0.25, 0.5, 0.5)
 RIDGE = 0.002
 
 
+#: Groups of one kind of scene and sensor; the others' kind is their name up to a dash.
+KINDS = {
+    "armadillo_virtual": "armadillo", "rgbd_desk": "desk", "lidar_campus": "street",
+    "tls_office": "office",
+}  # fmt: skip
+
+
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """Poses of one group: `features` (P, F), and which are `right` (P,)."""
+    """Poses of one group: `features` (P, F), which are `right` (P,), and the group's `kind`."""
 
     features: Array
     right: Flags
+    kind: str = ""
 
 
 def fit(samples: Sequence[Sample], centre: Array, without: Sequence[int] = ()) -> Array:
     """Intercept and weights (1 + F,) that make right poses of all samples probable.
 
-    Every sample counts the same, however many poses it has.
+    Every kind counts the same, within it every sample, however many poses there are.
 
     Parameters
     ----------
@@ -52,7 +61,10 @@ def fit(samples: Sequence[Sample], centre: Array, without: Sequence[int] = ()) -
     features = np.concatenate([sample.features for sample in samples]) - centre
     right = np.concatenate([sample.right for sample in samples])
     sign = np.where(right, 1.0, -1.0)
-    weight = np.concatenate([np.full(len(s.right), 1 / len(s.right)) for s in samples])
+    count = Counter(sample.kind for sample in samples if len(sample.right))
+    weight = np.concatenate(
+        [np.full(len(s.right), 1 / max(len(s.right) * count[s.kind], 1)) for s in samples]
+    )
     weight /= weight.sum()
     design = np.hstack([np.ones((len(features), 1)), features])
 
@@ -82,9 +94,15 @@ def predict(weights: Array, features: Array, centre: Array) -> Array:
     return chances
 
 
-def objects(group: str) -> set[str]:
-    """The objects of a group of scans: ``{"bunny", "dragon"}`` of ``"bunny~noise+dragon"``."""
-    return {name.partition("~")[0] for name in group.split("+")}
+def kinds(group: str) -> set[str]:
+    """The kinds of scene of a group of scans: ``{"room"}`` of ``"room-1+room-2"``."""
+    names = {name.partition("~")[0] for name in group.split("+")}
+    return {KINDS.get(name, name.partition("-")[0]) for name in names}
+
+
+def kind(group: str) -> str:
+    """What a group counts as: its kinds of scene together."""
+    return "+".join(sorted(kinds(group)))
 
 
 def cross_validated(
@@ -93,12 +111,12 @@ def cross_validated(
     centre: Array,
     without: Sequence[int] = (),
 ) -> dict[str, Array]:
-    """Probabilities of each group's features `asked` (P, F), fitted to other objects' samples."""
+    """Probabilities of each group's features `asked` (P, F), fitted to samples of other kinds."""
     found = {}
     for group, features in asked.items():
         others = [
             one for name, one in samples.items()
-            if not objects(name) & objects(group) and len(one.right)
+            if not kinds(name) & kinds(group) and len(one.right)
         ]  # fmt: skip
         if any(other.right.any() for other in others):
             found[group] = predict(fit(others, centre, without), features, centre)

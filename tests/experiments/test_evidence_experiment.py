@@ -51,9 +51,11 @@ def test_a_ridge_keeps_probabilities_modest():
 
 
 def test_every_group_is_judged_by_other_objects_only():
-    from experiments.calibration.fit import cross_validated, objects
+    from experiments.calibration.fit import cross_validated, kind, kinds
 
-    assert objects("bunny~noise+dragon") == {"bunny", "dragon"}
+    assert kinds("bunny~noise+dragon") == {"bunny", "dragon"}
+    assert kinds("room-1+room-2") == {"room"}
+    assert kind("tls_office") == kind("office-1") == "office"
     groups = {"bunny": drawn(500, TRUE, 1), "dragon": drawn(500, TRUE, 2)}
     centre = np.zeros(len(FEATURES))
     asked = {name: sample.features for name, sample in groups.items()}
@@ -86,9 +88,9 @@ def test_a_line_of_the_page():
 
     right = np.array([True, True, False, False])
     found = line("known", "bunny", Judged(right, np.array([0.99, 0.6, 0.2, 0.1])), 0.9)
-    assert found == "| known | bunny | 4 | 2 | 1.0000 | 50.0% | 0 | 0.200 |"
+    assert found == "| known | bunny | 4 | 2 | 1.0000 | 50.0% | 0.80 | 0 | 0.200 |"
     wrong = line("known", "a+b", Judged(~right[:2], np.array([0.95, 0.2])), 0.9)
-    assert wrong == "| known | a+b | 2 | 0 | - | - | 1 | 0.950 |"
+    assert wrong == "| known | a+b | 2 | 0 | - | - | - | 1 | 0.950 |"
 
 
 def row(right=True, points=900, localizability=0.05, overlap=0.6):
