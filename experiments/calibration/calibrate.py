@@ -69,7 +69,7 @@ threshold, {threshold:g}. The probability is 0 where scans hardly overlap, and w
 slide along itself. Most correct poses that are not accepted are refined true poses of scans that
 share a quarter of their points or less, which the search does not find.
 
-| sensors | group | poses | right | AUC | right accepted | median of right | wrong accepted | most probable wrong |
+| sensors | group | poses | right | AUC | right accepted | median of right | wrong accepted | highest wrong |
 |---|---|---|---|---|---|---|---|---|
 """
 

@@ -87,7 +87,7 @@ def test_a_line_of_the_page():
     from experiments.calibration.calibrate import Judged, line
 
     right = np.array([True, True, False, False])
-    found = line("known", "bunny", Judged(right, np.array([0.99, 0.6, 0.2, 0.1])), 0.9)
+    found = line("known", "bunny", Judged(right, np.array([0.99, 0.61, 0.2, 0.1])), 0.9)
     assert found == "| known | bunny | 4 | 2 | 1.0000 | 50.0% | 0.80 | 0 | 0.200 |"
     wrong = line("known", "a+b", Judged(~right[:2], np.array([0.95, 0.2])), 0.9)
     assert wrong == "| known | a+b | 2 | 0 | - | - | - | 1 | 0.950 |"
