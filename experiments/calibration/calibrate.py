@@ -65,11 +65,12 @@ so are street and lidar_campus, desk and rgbd_desk. Every kind counts the same. 
 pairs are left out of which no scan tells its sensor; "none" has normals without orientation.
 
 AUC is the area under the ROC curve; "right accepted" and "wrong accepted" are at the judge's
-threshold, {threshold:g}. The probability is 0 where scans hardly overlap, and where the overlap can
+threshold, {threshold:g}; "median" is the probability of the right ones, "highest" that of the most
+probable wrong one. The probability is 0 where scans hardly overlap, and where the overlap can
 slide along itself. Most correct poses that are not accepted are refined true poses of scans that
 share a quarter of their points or less, which the search does not find.
 
-| sensors | group | poses | right | AUC | right accepted | median of right | wrong accepted | highest wrong |
+| sensors | group | poses | right | AUC | right accepted | median | wrong accepted | highest |
 |---|---|---|---|---|---|---|---|---|
 """
 
