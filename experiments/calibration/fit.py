@@ -25,6 +25,9 @@ LEAST = (0.5, 0.5, 0.5, 0.25, 0.5, 0.5)
 #: Strength of the ridge, half of it times the squared weights is added to the mean log loss. Right
 #: and wrong are all but separable, so that without one the probabilities would be 0 and 1.
 RIDGE = 0.002
+#: The share of right poses that each kind counts as having: of the best poses of attempts, which
+#: are what the judge is asked about, a half is right; of all poses weighed here, a twentieth.
+RIGHT = 0.3
 
 
 #: Groups of one kind of scene and sensor; the others' kind is their name up to a dash.
@@ -46,7 +49,8 @@ class Sample:
 def fit(samples: Sequence[Sample], centre: Array, without: Sequence[int] = ()) -> Array:
     """Intercept and weights (1 + F,) that make right poses of all samples probable.
 
-    Every kind counts the same, within it every sample, however many poses there are.
+    Every kind counts the same, with `RIGHT` of right poses; within it every sample does, however
+    many poses it has.
 
     Parameters
     ----------
@@ -61,11 +65,7 @@ def fit(samples: Sequence[Sample], centre: Array, without: Sequence[int] = ()) -
     features = np.concatenate([sample.features for sample in samples]) - centre
     right = np.concatenate([sample.right for sample in samples])
     sign = np.where(right, 1.0, -1.0)
-    count = Counter(sample.kind for sample in samples if len(sample.right))
-    weight = np.concatenate(
-        [np.full(len(s.right), 1 / max(len(s.right) * count[s.kind], 1)) for s in samples]
-    )
-    weight /= weight.sum()
+    weight = weights_of(samples)
     design = np.hstack([np.ones((len(features), 1)), features])
 
     def loss(weights: Array) -> tuple[float, Array]:
@@ -85,6 +85,19 @@ def fit(samples: Sequence[Sample], centre: Array, without: Sequence[int] = ()) -
     found = minimize(loss, start, jac=True, method="L-BFGS-B", bounds=bounds)
     weights: Array = found.x
     return weights
+
+
+def weights_of(samples: Sequence[Sample]) -> Array:
+    """How much each pose of all samples counts (P,), together 1."""
+    weight = [np.zeros(len(sample.right)) for sample in samples]
+    for right, share in ((True, RIGHT), (False, 1 - RIGHT)):
+        count = Counter(sample.kind for sample in samples if (sample.right == right).any())
+        for own, sample in zip(weight, samples, strict=True):
+            chosen = sample.right == right
+            own[chosen] = share / max(chosen.sum() * count[sample.kind], 1)
+    every: Array = np.concatenate(weight)
+    every /= max(every.sum(), np.finfo(float).tiny)
+    return every
 
 
 def predict(weights: Array, features: Array, centre: Array) -> Array:

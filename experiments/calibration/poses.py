@@ -28,6 +28,8 @@ from mvreg.types import Array, Registration, View, ViewGraph
 
 #: What is right: degrees, mm, resolutions of scans in metres.
 ANGLE, SHIFT, SHIFT_IN_RESOLUTIONS = 2.0, 5.0, 3.0
+#: A pose that is off by less than so many times what is right is neither right nor wrong.
+NEARLY = 1.5
 #: Poses that differ by less are one: the angle above, resolutions.
 SAME = 3.0
 #: Slides of right poses: root mean square of the points' motion, resolutions.
@@ -73,11 +75,14 @@ def find(group: str, blind: bool) -> list[Pose]:
 
 
 def with_truth(found: Scene, poses: Sequence[Pose]) -> list[Pose]:
-    """The poses, less slides that are still right, and more right ones.
+    """The poses, less slides that are still right and what is nearly right, and more right ones.
 
     Where the search missed the right one although the scans overlap, what the truth is refined to.
     """
-    kept = [pose for pose in poses if not (pose.kind in ("slide", "slid") and pose.right)]
+    kept = [
+        pose for pose in poses
+        if not (nearly(found, pose) or (pose.kind in ("slide", "slid") and pose.right))
+    ]  # fmt: skip
     placed = {(pose.source, pose.target) for pose in kept if pose.right}
     missed = {(p.source, p.target) for p in kept if p.true_overlap >= LEAST} - placed
     for a, b in sorted(missed):
@@ -151,10 +156,21 @@ def compare(found: Scene, source: View, target: View, kind: str, pose: Array) ->
     angle = float(np.degrees(se3.rotation_angle(truth, pose)))
     middle = source.points.mean(axis=0)[None]
     shift = float(np.linalg.norm(se3.apply(pose, middle) - se3.apply(truth, middle)))
-    metres = found.unit == "m"
-    most = SHIFT_IN_RESOLUTIONS * source.scale.resolution if metres else SHIFT
-    right = overlap >= LEAST and angle < ANGLE and shift < most
+    right = overlap >= LEAST and angle < ANGLE and shift < allowed(found)
     return Pose(source.name, target.name, kind, rows, overlap, angle, shift, right)
+
+
+def allowed(found: Scene) -> float:
+    """The largest shift of a right pose (length)."""
+    scale = next(iter(found.views.values())).scale
+    return SHIFT_IN_RESOLUTIONS * scale.resolution if found.unit == "m" else SHIFT
+
+
+def nearly(found: Scene, pose: Pose) -> bool:
+    """Whether a pose that is not right is off by little more than those that are."""
+    if pose.right or pose.angle is None or pose.shift is None or pose.true_overlap < LEAST:
+        return False
+    return pose.angle < NEARLY * ANGLE and pose.shift < NEARLY * allowed(found)
 
 
 def cached(group: str, blind: bool, folder: Path) -> Sequence[Pose]:

@@ -41,10 +41,12 @@ SETS: dict[str, tuple[str, dict[str, Any]]] = {
     "rgbd_desk": ("rgbd_desk", {}),
     "lidar_campus": ("lidar_campus", {}),
     "tls_office": ("tls_office", {"sensor": "origin"}),
-} | {
+}
+SETS |= {
     f"{name}-{variant}": (name, {"variant": variant})
-    for name in ("room", "office", "street", "desk") for variant in range(3)
-}  # fmt: skip
+    for name in ("room", "office", "street", "desk")
+    for variant in range(3)
+}
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,10 +24,46 @@ TRUE = np.array([0.5, 1.0, -1.5, 0.0, 0.7, -2.0, -0.3])
 def test_the_fit_finds_the_weights_that_the_poses_were_drawn_with(monkeypatch):
     from experiments.calibration import fit
 
+    sample = drawn(20000, TRUE)
+    monkeypatch.setattr(fit, "RIGHT", sample.right.mean())
     monkeypatch.setattr(fit, "RIDGE", 1e-6)
     monkeypatch.setattr(fit, "LEAST", (0.0,) * len(FEATURES))
-    found = fit.fit([drawn(20000, TRUE)], np.zeros(len(FEATURES)))
+    found = fit.fit([sample], np.zeros(len(FEATURES)))
     np.testing.assert_allclose(found, TRUE, atol=0.12)
+
+
+def test_every_kind_counts_the_same_with_the_same_share_of_right_poses():
+    from experiments.calibration.fit import RIGHT, Sample, weights_of
+
+    def some(right, count, kind):
+        return Sample(np.zeros((count, len(FEATURES))), np.arange(count) < right, kind)
+
+    groups = [some(5, 50, "room"), some(2, 10, "room"), some(90, 100, "bunny"), some(0, 7, "a+b")]
+    weights = np.split(weights_of(groups), np.cumsum([50, 10, 100])[:3])
+    assert sum(one.sum() for one in weights) == pytest.approx(1)
+    room, other, bunny, foreign = weights
+    assert room.sum() == pytest.approx(other.sum())
+    assert room.sum() + other.sum() == pytest.approx(bunny.sum())
+    assert room[:5].sum() / room.sum() == pytest.approx(RIGHT)
+    assert bunny[:90].sum() / bunny.sum() == pytest.approx(RIGHT)
+    assert foreign.sum() / bunny.sum() == pytest.approx(1 - RIGHT)
+
+
+def test_what_is_nearly_right_is_neither():
+    from dataclasses import replace
+
+    from experiments.calibration.poses import NEARLY, SHIFT, Pose, nearly
+    from experiments.calibration.scenes import Scene
+
+    pair = overlap()
+    scene = Scene({"a": pair.source, "b": pair.target}, {}, {}, None)
+    right = Pose("a", "b", "best", [], 0.5, 1.0, 0.9 * SHIFT, right=True)
+    wrong = replace(right, shift=1.1 * SHIFT, right=False)
+    assert not nearly(scene, right)
+    assert nearly(scene, wrong)
+    assert not nearly(scene, replace(wrong, shift=1.1 * NEARLY * SHIFT))
+    assert not nearly(scene, replace(wrong, true_overlap=0.0))
+    assert not nearly(scene, replace(wrong, angle=None, shift=None))
 
 
 def test_no_feature_counts_the_wrong_way_and_the_excluded_ones_not_at_all():
