@@ -27,7 +27,7 @@ LEAST = (0.5, 0.5, 0.5, 0.25, 0.5, 0.5)
 RIDGE = 0.002
 #: The share of right poses that each kind counts as having: of the best poses of attempts, which
 #: are what the judge is asked about, a half is right; of all poses weighed here, a twentieth.
-RIGHT = 0.3
+RIGHT = 0.4
 
 
 #: Groups of one kind of scene and sensor; the others' kind is their name up to a dash.

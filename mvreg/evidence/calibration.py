@@ -11,9 +11,9 @@ FEATURES = ("surface_overlap", "residual", "misfit", "agreement", "violation", "
 #: Intercept and weights, by what is known of the sensors: what the scans say, what their points
 #: tell (`mvreg.surface.sensor_direction`), nothing.
 WEIGHTS: dict[str, tuple[float, ...]] = {
-    "known": (1.90, 0.50, -1.58, -0.61, 0.25, -2.35, -1.84),
-    "estimated": (1.55, 0.50, -1.10, -0.80, 0.25, -2.18, -1.94),
-    "none": (1.89, 0.50, -1.32, -3.30, 0.25, 0.00, -1.39),
+    "known": (3.85, 0.50, -1.91, -1.39, 0.25, -2.76, -0.50),
+    "estimated": (3.10, 0.50, -1.36, -1.30, 0.25, -2.72, -0.50),
+    "none": (1.86, 0.50, -1.10, -3.49, 0.25, 0.00, -0.50),
 }
 #: Shares are kept so far from 0 and 1, so that logarithms stay finite.
 LEAST_SHARE = 0.005
