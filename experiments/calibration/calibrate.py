@@ -23,7 +23,7 @@ from pathlib import Path
 
 import numpy as np
 
-from experiments.calibration.fit import Flags, Sample, cross_validated, fit, kind
+from experiments.calibration.fit import RIGHT, Flags, Sample, cross_validated, fit, kind
 from experiments.calibration.roc import area
 from experiments.calibration.rows import Row, rows_of
 from experiments.common.runs import ROOT
@@ -61,8 +61,11 @@ ground truth, or 3 resolutions where lengths are in metres. In a group "a+b" sca
 objects or scenes are registered with each other, so that all poses are wrong; "~noise" has added
 noise of one mean spacing along every axis. Probabilities are cross-validated: their weights are
 fitted to poses of other kinds of scene and sensor, where office and tls_office are of one kind, and
-so are street and lidar_campus, desk and rgbd_desk. Every kind counts the same. With "estimated" the
-pairs are left out of which no scan tells its sensor; "none" has normals without orientation.
+so are street and lidar_campus, desk and rgbd_desk. Every kind counts the same, with {right:.0%} of
+right poses: that is about the share among the best poses of attempts, of which the reliability
+diagram is, too. Poses that are off by less than half more than a correct one may be are left out.
+With "estimated" the pairs are left out of which no scan tells its sensor; with "none" normals have
+no orientation.
 
 AUC is the area under the ROC curve; "right accepted" and "wrong accepted" are at the judge's
 threshold, {threshold:g}; "median" is the probability of the right ones, "highest" that of the most
@@ -70,17 +73,22 @@ probable wrong one. The probability is 0 where scans hardly overlap, and where t
 slide along itself. Most correct poses that are not accepted are refined true poses of scans that
 share a quarter of their points or less, which the search does not find.
 
-| sensors | group | poses | right | AUC | right accepted | median | wrong accepted | highest |
-|---|---|---|---|---|---|---|---|---|
 """
+COLUMNS = """\
+| sensors | of | poses | right | AUC | right accepted | median | wrong accepted | highest |
+|---|---|---|---|---|---|---|---|---|"""
 
 
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """The poses of a group (P,): which are `right`, and their cross-validated `chances`."""
+    """The poses of a group (P,): which are `right`, and their cross-validated `chances`.
+
+    `best` are the best poses of attempts; None if all are.
+    """
 
     right: Flags
     chances: Array
+    best: Flags | None = None
 
 
 def localizable(row: Row) -> bool:
@@ -106,8 +114,23 @@ def judge(groups: Mapping[str, Sequence[Row]], without: Sequence[int]) -> dict[s
         every[[row.points >= LEAST_POINTS for row in rows]] = chances
         slides = ~np.array([localizable(row) for row in rows], dtype=bool)
         every[slides & (every > LEAST_PLAUSIBILITY)] = 0.0
-        found[name] = Judged(np.array([row.right for row in rows], dtype=bool), every)
+        right, best = ([row.right for row in rows], [row.kind == "best" for row in rows])
+        found[name] = Judged(np.array(right, dtype=bool), every, np.array(best, dtype=bool))
     return found
+
+
+def by_kind(judged: Mapping[str, Judged]) -> dict[str, Judged]:
+    """The poses of all groups of a kind together."""
+    together: dict[str, list[Judged]] = {}
+    for name, one in judged.items():
+        together.setdefault(kind(name), []).append(one)
+    return {
+        name: Judged(
+            np.concatenate([one.right for one in some]),
+            np.concatenate([one.chances for one in some]),
+        )
+        for name, some in together.items()
+    }
 
 
 def weighed(group: str, setting: str) -> list[Row]:
@@ -136,17 +159,21 @@ def main(names: Sequence[str]) -> None:
     from experiments.calibration.figures import draw_reliability, draw_roc
 
     threshold = EvidenceJudge().min_probability
-    lines, judged, weights = [], {}, []
+    lines, kinds, judged, weights = [], [], {}, []
     for setting, without in SETTINGS.items():
         groups = {group: weighed(group, setting) for group in names}
         groups = {group: rows for group, rows in groups.items() if rows}
         judged[setting] = judge(groups, without)
         lines += [line(setting, *item, threshold) for item in judged[setting].items()]
+        kinds += [line(setting, *item, threshold) for item in by_kind(judged[setting]).items()]
         samples = [sample(rows, kind(name), sliding=False) for name, rows in groups.items()]
         fitted = fit(samples, np.array(CENTRE), without)
         weights.append(f'    "{setting}": ({", ".join(f"{weight:.2f}" for weight in fitted)}),')
-    head = HEAD.format(version=version("mvreg"), date=date.today(), threshold=threshold)
-    (RESULTS / "evidence.md").write_text(head + "\n".join(lines) + "\n", "utf-8")
+    head = HEAD.format(
+        version=version("mvreg"), date=date.today(), threshold=threshold, right=RIGHT
+    )
+    page = [head + COLUMNS, *kinds, "\nThe same by groups:\n\n" + COLUMNS, *lines, ""]
+    (RESULTS / "evidence.md").write_text("\n".join(page), "utf-8")
     with styled():
         save(draw_roc(judged), RESULTS / "evidence_roc.png", 64)
         save(draw_reliability(judged), RESULTS / "reliability.png", 64)

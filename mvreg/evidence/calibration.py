@@ -1,4 +1,8 @@
-"""The weights of the evidence, fitted by ``experiments/calibration/calibrate.py``."""
+"""The weights of the evidence, fitted by ``experiments/calibration/calibrate.py``.
+
+To poses of objects, rooms, offices, streets and desks, each kind of scene and sensor counting the
+same, with 40 % of right poses: about the share among the best poses of attempts.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +13,7 @@ from mvreg.types import Array
 #: What the columns of `features` are.
 FEATURES = ("surface_overlap", "residual", "misfit", "agreement", "violation", "residual_step")
 #: Intercept and weights, by what is known of the sensors: what the scans say, what their points
-#: tell (`mvreg.surface.sensor_direction`), nothing.
+#: tell (`mvreg.surface.sensor`), nothing.
 WEIGHTS: dict[str, tuple[float, ...]] = {
     "known": (3.85, 0.50, -1.91, -1.39, 0.25, -2.76, -0.50),
     "estimated": (3.10, 0.50, -1.36, -1.30, 0.25, -2.72, -0.50),

@@ -129,6 +129,15 @@ def test_a_line_of_the_page():
     assert wrong == "| known | a+b | 2 | 0 | - | - | - | 1 | 0.950 |"
 
 
+def test_groups_of_a_kind_are_counted_together():
+    from experiments.calibration.calibrate import Judged, by_kind
+
+    one = Judged(np.array([True, False]), np.array([0.9, 0.2]))
+    found = by_kind({"room-1": one, "room-1+room-2": one, "bunny+dragon": one})
+    assert set(found) == {"room", "bunny+dragon"}
+    assert len(found["room"].right) == 4
+
+
 def row(right=True, points=900, localizability=0.05, overlap=0.6):
     from experiments.calibration.rows import Row
 
@@ -164,6 +173,16 @@ def test_figures_are_drawn_of_what_there_is():
     assert titles[1] == "dragon"
     assert len(roc.axes[0].get_legend().get_texts()) == 2
     assert len(draw_reliability({"known": some}).axes[0].lines) == 2
+
+
+def test_the_reliability_is_of_the_best_poses():
+    from experiments.calibration.calibrate import Judged
+    from experiments.calibration.figures import pool
+
+    right, best = np.array([True, False, False]), np.array([True, True, False])
+    chances, truth = pool({"a": Judged(right, np.array([0.9, 0.3, 0.1]), best)}, ("a",), best=True)
+    np.testing.assert_array_equal(chances, [0.9, 0.3])
+    np.testing.assert_array_equal(truth, [True, False])
 
 
 def test_a_slide_moves_the_overlap_by_what_was_asked_for():
