@@ -23,12 +23,12 @@ from pathlib import Path
 
 import numpy as np
 
-from experiments.calibration.fit import RIGHT, Flags, Sample, cross_validated, fit, kind
+from experiments.calibration.fit import RIGHT, Flags, Sample, cross_validated, fit, kind, predict
 from experiments.calibration.roc import area
 from experiments.calibration.rows import Row, rows_of
 from experiments.common.runs import ROOT
 from experiments.common.style import save, styled
-from mvreg.evidence.calibration import CENTRE, FEATURES
+from mvreg.evidence.calibration import CENTRE, FEATURES, WEIGHTS
 from mvreg.evidence.pooled import LEAST_LOCALIZABILITY, LEAST_PLAUSIBILITY, LEAST_POINTS
 from mvreg.stages.judge.evidence import EvidenceJudge
 from mvreg.types import Array
@@ -74,6 +74,7 @@ slide along itself. Most correct poses that are not accepted are refined true po
 share a quarter of their points or less, which the search does not find.
 
 """
+TITLES = ("By kind, cross-validated", "By group, cross-validated", "With the weights in use")
 COLUMNS = """\
 | sensors | of | poses | right | AUC | right accepted | median | wrong accepted | highest |
 |---|---|---|---|---|---|---|---|---|"""
@@ -103,20 +104,31 @@ def sample(rows: Sequence[Row], kind: str = "", *, sliding: bool = True) -> Samp
     return Sample(features, np.array([row.right for row in chosen], dtype=bool), kind)
 
 
+def in_use(groups: Mapping[str, Sequence[Row]], setting: str) -> dict[str, Judged]:
+    """Probabilities by the weights that `mvreg.evidence.calibration` holds."""
+    weights, centre = np.array(WEIGHTS[setting]), np.array(CENTRE)
+    return {
+        name: judged(rows, predict(weights, sample(rows).features, centre))
+        for name, rows in groups.items()
+    }
+
+
+def judged(rows: Sequence[Row], chances: Array) -> Judged:
+    """Poses with the `chances` of those under which scans meet; 0 where ambiguous."""
+    every = np.zeros(len(rows))
+    every[[row.points >= LEAST_POINTS for row in rows]] = chances
+    slides = ~np.array([localizable(row) for row in rows], dtype=bool)
+    every[slides & (every > LEAST_PLAUSIBILITY)] = 0.0
+    right, best = ([row.right for row in rows], [row.kind == "best" for row in rows])
+    return Judged(np.array(right, dtype=bool), every, np.array(best, dtype=bool))
+
+
 def judge(groups: Mapping[str, Sequence[Row]], without: Sequence[int]) -> dict[str, Judged]:
     """Cross-validated probabilities of all poses of all groups, 0 where ambiguous."""
     learnt = {name: sample(rows, kind(name), sliding=False) for name, rows in groups.items()}
     asked = {name: sample(rows).features for name, rows in groups.items()}
-    found = {}
-    for name, chances in cross_validated(learnt, asked, np.array(CENTRE), without).items():
-        rows = groups[name]
-        every = np.zeros(len(rows))
-        every[[row.points >= LEAST_POINTS for row in rows]] = chances
-        slides = ~np.array([localizable(row) for row in rows], dtype=bool)
-        every[slides & (every > LEAST_PLAUSIBILITY)] = 0.0
-        right, best = ([row.right for row in rows], [row.kind == "best" for row in rows])
-        found[name] = Judged(np.array(right, dtype=bool), every, np.array(best, dtype=bool))
-    return found
+    chances = cross_validated(learnt, asked, np.array(CENTRE), without)
+    return {name: judged(groups[name], some) for name, some in chances.items()}
 
 
 def by_kind(judged: Mapping[str, Judged]) -> dict[str, Judged]:
@@ -159,25 +171,34 @@ def main(names: Sequence[str]) -> None:
     from experiments.calibration.figures import draw_reliability, draw_roc
 
     threshold = EvidenceJudge().min_probability
-    lines, kinds, judged, weights = [], [], {}, []
+    parts: tuple[list[str], ...] = ([], [], [])
+    found, weights = {}, []
     for setting, without in SETTINGS.items():
         groups = {group: weighed(group, setting) for group in names}
         groups = {group: rows for group, rows in groups.items() if rows}
-        judged[setting] = judge(groups, without)
-        lines += [line(setting, *item, threshold) for item in judged[setting].items()]
-        kinds += [line(setting, *item, threshold) for item in by_kind(judged[setting]).items()]
+        found[setting] = judge(groups, without)
+        used = in_use(groups, setting)
+        for part, some in zip(parts, (by_kind(found[setting]), found[setting], used), strict=True):
+            part += [line(setting, *item, threshold) for item in some.items()]
         samples = [sample(rows, kind(name), sliding=False) for name, rows in groups.items()]
         fitted = fit(samples, np.array(CENTRE), without)
         weights.append(f'    "{setting}": ({", ".join(f"{weight:.2f}" for weight in fitted)}),')
+    write(parts, threshold)
+    with styled():
+        save(draw_roc(found), RESULTS / "evidence_roc.png", 64)
+        save(draw_reliability(found), RESULTS / "reliability.png", 64)
+    print("\n".join([*parts[2], "", "WEIGHTS = {", *weights, "}"]))
+
+
+def write(parts: Sequence[Sequence[str]], threshold: float) -> None:
+    """Write the page: tables by kind, by group, and with the weights in use."""
     head = HEAD.format(
         version=version("mvreg"), date=date.today(), threshold=threshold, right=RIGHT
     )
-    page = [head + COLUMNS, *kinds, "\nThe same by groups:\n\n" + COLUMNS, *lines, ""]
+    page = [head]
+    for title, part in zip(TITLES, parts, strict=True):
+        page += [f"## {title}\n", COLUMNS, *part, ""]
     (RESULTS / "evidence.md").write_text("\n".join(page), "utf-8")
-    with styled():
-        save(draw_roc(judged), RESULTS / "evidence_roc.png", 64)
-        save(draw_reliability(judged), RESULTS / "reliability.png", 64)
-    print("\n".join([*lines, "", "WEIGHTS = {", *weights, "}"]))
 
 
 if __name__ == "__main__":
