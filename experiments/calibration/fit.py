@@ -25,8 +25,8 @@ LEAST = (0.5, 0.5, 0.5, 0.25, 0.5, 0.5)
 #: Strength of the ridge, half of it times the squared weights is added to the mean log loss. Right
 #: and wrong are all but separable, so that without one the probabilities would be 0 and 1.
 RIDGE = 0.002
-#: The share of right poses that each kind counts as having: of the best poses of attempts, which
-#: are what the judge is asked about, a half is right; of all poses weighed here, a twentieth.
+#: The share of right poses that each kind counts as having: that of the best poses of attempts,
+#: which are what the judge is asked about; of all poses weighed here, 0.04 are right.
 RIGHT = 0.4
 
 
