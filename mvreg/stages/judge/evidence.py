@@ -54,7 +54,7 @@ class EvidenceJudge:
     """
 
     min_probability: float = 0.95
-    max_alternative: float = 0.6
+    max_alternative: float = 0.3
     alternative_angle: float = 10.0
     alternative_distance: float = 3.0
     loop_tolerance: float = 4.0
