@@ -99,7 +99,7 @@ def build_report(
         "truth": None if scanset.poses is None else dict(scanset.poses),
         "objects": None if scanset.objects is None else dict(scanset.objects),
         "motions": dict(scanset.motions),
-        "remarks": list(scanset.remarks),
+        "remarks": [*scanset.remarks, *assessment.remarks],
         "config": dict(config),
         "versions": versions(),
         "commit": commit(),
