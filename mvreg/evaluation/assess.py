@@ -19,6 +19,7 @@ from mvreg.evaluation.still import STOOD_STILL, stood_still
 from mvreg.evidence.pooled import pool_evidence
 from mvreg.parallel import in_threads
 from mvreg.surface.contact import Contact, axis_strength, surface_spacing
+from mvreg.surface.largest_range import without_largest_range
 from mvreg.surface.overlap import sampled
 from mvreg.types import Array, Result, Scan, ScanSet, View
 from mvreg.types.scan import as_scans
@@ -107,12 +108,19 @@ def _check_same(scans: Sequence[Scan], views: Sequence[View]) -> None:
     made = {view.name: view.scan for view in views}
     for scan in scans:
         own = made.get(scan.name)
-        if own is None or not (own is scan or np.array_equal(own.points, scan.points)):
+        if own is None or not (own is scan or _same_points(own, scan)):
             raise InputError(
                 f"scan {scan.name} is not one of those that the result has the views of"
                 f"{'' if views else ' (it has none)'}; expected the scans that were registered, "
                 "or views: mvreg.assess(result, mvreg.prepare(scans, method))"
             )
+
+
+def _same_points(prepared: Scan, given: Scan) -> bool:
+    """Whether a prepared scan has all points of the one given, or those that preparing leaves."""
+    return np.array_equal(prepared.points, given.points) or np.array_equal(
+        prepared.points, without_largest_range(given).points
+    )
 
 
 def _tolerance(parts: Sequence[ComponentEvidence]) -> float:
