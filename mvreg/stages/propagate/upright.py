@@ -8,8 +8,10 @@ from mvreg.geometry.arrays import Flags
 from mvreg.geometry.vertical import levelled, tilt
 from mvreg.types import Array, Indices, View
 
-#: Poses before refinement that tilt by more (degrees) are none. Of the right ones in an office, a
-#: yard and a street a tenth tilts by 5 to 10 degrees, none by 12.
+#: Poses before refinement that tilt by more (degrees) are none. Of those within 12 degrees of the
+#: truth a tenth tilts by 5 (street), 6 (yard) or 10 (office) and more. With 5 degrees 17 pairs of
+#: an office and 46 of a street are refined to the right pose, with 15 they are 20 and 52;
+#: without a vertical 20 and 51.
 MOST_TILT = 15.0
 #: Matched normals are as steep within this angle (degrees). In an office and a street that takes
 #: half the time of the propagation and none of the right poses.
