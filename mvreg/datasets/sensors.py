@@ -1,4 +1,4 @@
-"""Where the sensors stood: as the data set tells it, as the user does, or not at all."""
+"""Where the sensors stood: as the data set tells it, as the user does, or not at all; upright."""
 
 from __future__ import annotations
 
@@ -56,3 +56,9 @@ def tell_sensor(scans: ScanSet, sensor: str) -> ScanSet:
 
 def _told(scan: Scan, direction: Array | None, point: Array | None) -> Scan:
     return replace(scan, view_direction=direction, view_point=point)
+
+
+def tell_upright(scans: ScanSet) -> ScanSet:
+    """The same scans, levelled: the vertical of each is the +z of its own frame."""
+    up = np.array([0.0, 0.0, 1.0])
+    return replace(scans, scans=tuple(replace(scan, up=up) for scan in scans.scans))

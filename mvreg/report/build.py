@@ -20,6 +20,7 @@ from mvreg.report.rows import (
     pair_rows,
     scan_row,
 )
+from mvreg.surface.largest_range import remark_on_largest_range
 from mvreg.types import Pair, Result, ScanSet, View
 
 #: What can change the answer. Open3D has two distributions, of which one is installed.
@@ -99,7 +100,11 @@ def build_report(
         "truth": None if scanset.poses is None else dict(scanset.poses),
         "objects": None if scanset.objects is None else dict(scanset.objects),
         "motions": dict(scanset.motions),
-        "remarks": list(scanset.remarks),
+        "remarks": [
+            *scanset.remarks,
+            *remark_on_largest_range(scanset.scans),
+            *assessment.remarks,
+        ],
         "config": dict(config),
         "versions": versions(),
         "commit": commit(),

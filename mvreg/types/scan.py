@@ -37,6 +37,8 @@ class Scan:
         Unit vector from the surface towards the sensor, for a sensor far away or orthographic.
     view_point : (3,) array, optional
         The sensor's position, for a central projection.
+    up : (3,) array, optional
+        Unit vector against gravity, where the sensor was levelled; poses keep to it.
 
     Raises
     ------
@@ -48,6 +50,7 @@ class Scan:
     points: Array
     view_direction: Array | None = None
     view_point: Array | None = None
+    up: Array | None = None
 
     def __post_init__(self) -> None:
         try:
@@ -69,7 +72,7 @@ class Scan:
             )
         points.flags.writeable = False  # the trees and the views share them
         object.__setattr__(self, "points", points)
-        for key in ("view_direction", "view_point"):
+        for key in ("view_direction", "view_point", "up"):
             vector = getattr(self, key)
             if vector is None:
                 continue
@@ -77,11 +80,13 @@ class Scan:
             if vector.shape != (3,) or not np.isfinite(vector).all():
                 raise InputError(f"scan {self.name!r}: expected {key} of 3 numbers, got {vector}")
             object.__setattr__(self, key, vector)
-        if self.view_direction is not None:
-            norm = np.linalg.norm(self.view_direction)
+        for key in ("view_direction", "up"):
+            if (vector := getattr(self, key)) is None:
+                continue
+            norm = np.linalg.norm(vector)
             if norm == 0:
-                raise InputError(f"scan {self.name!r}: view_direction is the zero vector")
-            object.__setattr__(self, "view_direction", self.view_direction / norm)
+                raise InputError(f"scan {self.name!r}: {key} is the zero vector")
+            object.__setattr__(self, key, vector / norm)
 
     @lazy
     def tree(self) -> Tree:
@@ -103,13 +108,14 @@ class Scan:
         return self.view_direction is not None or self.view_point is not None
 
     def moved(self, transform: Array) -> Scan:
-        """The same scan in another frame: points and sensor move together."""
-        direction, point = self.view_direction, self.view_point
+        """The same scan in another frame: points, sensor and vertical move together."""
+        direction, point, up = self.view_direction, self.view_point, self.up
         return replace(
             self,
             points=se3.apply(transform, self.points),
             view_direction=None if direction is None else transform[:3, :3] @ direction,
             view_point=None if point is None else se3.apply(transform, point[None])[0],
+            up=None if up is None else transform[:3, :3] @ up,
         )
 
 

@@ -125,3 +125,15 @@ def test_a_source_of_one_s_own_is_told_as_well(rng: np.random.Generator) -> None
 def test_what_a_set_says_of_its_scans_is_checked(field: str, wrong: object) -> None:
     with pytest.raises(RecordError, match=rf"ScanSet\.{field}"):
         ScanSet("toy", (), **{field: wrong})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", ["room", "office", "yard", "street"])
+def test_levelled_scanners_are_upright(name: str) -> None:
+    """The verticals that are told are those of the true poses; a car sways by a few degrees."""
+    found = mvreg.dataset(name, scans=3, rays=600, upright=True, scramble=True)
+    assert found.poses is not None
+    for scan in found.scans:
+        assert scan.up is not None
+        up = found.poses[scan.name][:3, :3] @ scan.up
+        assert np.degrees(np.arccos(min(up[2], 1.0))) < (4.0 if name == "street" else 1e-4)
+    assert all(scan.up is None for scan in mvreg.dataset(name, scans=2, rays=600).scans)

@@ -16,6 +16,7 @@ from mvreg.kernels import propagate as kernels
 from mvreg.kernels import ransac
 from mvreg.parallel import in_threads, slices
 from mvreg.stages.propagate.match_sets import Spread
+from mvreg.stages.propagate.upright import as_steep, levelled_poses
 from mvreg.types import Array, Candidates, Indices, Matches, View, common_spread
 
 #: So many seeds are worth a thread's while.
@@ -49,7 +50,8 @@ class ConsensusPropagate:
     A rigid motion keeps distances and angles: a keypoint of the source corresponds to one of the
     target if both are as far from the seed and their normals turn as much from the seed's, at all
     scales, and their descriptors agree (Sec. 3.2 of the paper). One global sweep a seed, as in the
-    authors' published code, not an iterative growth.
+    authors' published code, not an iterative growth. Between views whose verticals are known, poses
+    keep to them.
 
     Parameters
     ----------
@@ -118,13 +120,16 @@ class ConsensusPropagate:
     def __call__(
         self, source: View, target: View, seeds: Matches, rng: np.random.Generator
     ) -> Candidates:
-        if not len(seeds):
+        possible = seeds.indices[as_steep(source, target, seeds.indices)]
+        if not len(possible):
             return Candidates.none()
-        spread = self.spread(source, target, seeds.indices).at_least(self.min_matches)
+        spread = self.spread(source, target, possible).at_least(self.min_matches)
         if not len(spread):
             return Candidates.none()
         poses, agree = self.consensus(source, target, spread, rng)
         found = np.flatnonzero(np.logical_or.reduceat(agree, spread.ends[:-1]))
+        poses, level = levelled_poses(source, target, poses)
+        found = found[level[found]]
         if not len(found):
             return Candidates.none()
         kept, scores = self.rank(source, target, poses[found])
@@ -147,7 +152,7 @@ class ConsensusPropagate:
         )  # fmt: skip
         sizes = np.concatenate([np.diff(ends) for _, ends in parts])
         matches = np.concatenate([matches for matches, _ in parts])
-        return Spread(matches, ends_of(sizes))
+        return Spread(matches, ends_of(sizes)).only(as_steep(source, target, matches))
 
     def consensus(
         self, source: View, target: View, spread: Spread, rng: np.random.Generator
