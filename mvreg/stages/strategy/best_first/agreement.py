@@ -67,7 +67,7 @@ class Bundle:
         What is symmetric agrees on a wrong answer as readily as on the right one, but hardly ever
         makes it more probable than not.
         """
-        return self.right ** (1 / len(self.counted)) >= LEAST_LIKELY
+        return bool(self.right ** (1 / len(self.counted)) >= LEAST_LIKELY)
 
     @property
     def right(self) -> float:

@@ -24,6 +24,11 @@ TURNS = (72.0, 120.0, 180.0)
 #: where exact scans count as if they fitted to a third of a resolution. The right pose of a box,
 #: with less overlap than a wrong one, had four times as much.
 AS_GOOD, FINEST = 10.0, 0.3
+#: Axes are settled if each has so many times as many normals as the one before. If not, some of the
+#: normals, so many, vote for those whose cosine with their own is larger.
+ALIKE, VOTERS, ALONG = 1.3, 300, 0.985
+#: The middle is that of the points but for this share at either end, which may be stray.
+STRAY = 0.02
 #: A view slides along an axis if its normals' mean squared share along it is less (a sphere has a
 #: third), in steps of so many spacings of the keypoints, in so many steps at most each way.
 WEAK, SLIDE, MOST_SLIDES = 0.2, 1.5, 12
@@ -74,13 +79,14 @@ def symmetry_hypotheses(
 def _turns(source: View, target: View, pose: Array) -> list[Array]:
     """Motions (4, 4) in the target's frame: every turn about every axis."""
     points, _, axes = _seen(source, target, pose)
-    along = points @ axes.T
-    middle = (along.min(axis=0) + along.max(axis=0)) / 2 @ axes
     found = []
-    for axis in axes:
-        for degrees in TURNS:
-            turn = se3.exp(np.concatenate([np.deg2rad(degrees) * axis, np.zeros(3)]))[:3, :3]
-            found.append(se3.from_parts(turn, middle - turn @ middle))
+    for frame in np.split(axes, len(axes) // 3):
+        low, high = np.quantile(points @ frame.T, [STRAY, 1 - STRAY], axis=0)
+        middle = (low + high) / 2 @ frame
+        for axis in frame:
+            for degrees in TURNS:
+                turn = se3.exp(np.concatenate([np.deg2rad(degrees) * axis, np.zeros(3)]))[:3, :3]
+                found.append(se3.from_parts(turn, middle - turn @ middle))
     return found
 
 
@@ -105,8 +111,36 @@ def _slides(source: View, target: View, pose: Array) -> list[Array]:
 def _seen(source: View, target: View, pose: Array) -> tuple[Array, Array, Array]:
     """Points and normals of both views in the target's frame, and the axes of their normals.
 
-    Of the axes (3, 3), in rows, the first is that along which fewest normals point.
+    Of the axes, see `_axes`, the first is that along which fewest normals point.
     """
     points = np.concatenate([se3.apply(pose, source.points), target.points])
     normals = np.concatenate([source.normals @ pose[:3, :3].T, target.normals])
-    return points, normals, np.linalg.eigh(normals.T @ normals)[1].T
+    return points, normals, _axes(normals)
+
+
+def _axes(normals: Array) -> Array:
+    """Axes (3 or 6, 3), in rows, of the scatter of normals (N, 3): that of the fewest first.
+
+    Where two of them have about as many normals, as the ground and the walls of a yard, they may be
+    any; the three directions at right angles that most normals point along come besides.
+    """
+    values, vectors = np.linalg.eigh(normals.T @ normals)
+    if (values[1:] > ALIKE * values[:-1]).all():
+        return vectors.T
+    few = normals[:: max(1, len(normals) // VOTERS)]
+    near = np.abs(few @ few.T) > ALONG
+    first = _mean(few[near[near.sum(axis=1).argmax()]])
+    across = few[np.abs(few @ first) < np.sqrt(1 - ALONG**2)]
+    if not len(across):
+        return vectors.T
+    near = np.abs(across @ across.T) > ALONG
+    second = _mean(across[near[near.sum(axis=1).argmax()]])
+    second -= (second @ first) * first
+    second /= np.linalg.norm(second)
+    return np.concatenate([vectors.T, [first, second, np.cross(first, second)]])
+
+
+def _mean(normals: Array) -> Array:
+    """The mean direction (3,) of normals (N, 3) of any sign."""
+    direction: Array = np.linalg.eigh(normals.T @ normals)[1][:, -1]
+    return direction
