@@ -9,6 +9,7 @@ from mvreg.plugins.hookspecs import hookimpl
 def mvreg_stages() -> dict[str, type]:
     """Return the paper's stages, their variants, and the data sets."""
     from mvreg.datasets import folder, mixture, spoilt, stanford, synthetic
+    from mvreg.datasets.environments import sets
     from mvreg.stages.adjust import motion_averaging, none
     from mvreg.stages.adjust.joint.stage import JointRefinement
     from mvreg.stages.adjust.jrmpc.stage import JointMixture
@@ -28,6 +29,11 @@ def mvreg_stages() -> dict[str, type]:
         "dataset/folder": folder.Folder,
         "dataset/figurine": synthetic.Figurine,
         "dataset/tiny": synthetic.Tiny,
+        "dataset/room": sets.Room,
+        "dataset/office": sets.Office,
+        "dataset/yard": sets.Yard,
+        "dataset/street": sets.Street,
+        "dataset/desk": sets.Desk,
         "dataset/mixture": mixture.Mixture,
         "dataset/spoilt": spoilt.Spoilt,
         "downsample/paper": sampling.PaperDownsample,

@@ -16,6 +16,7 @@ from mvreg.geometry.nearest import mean_spacing
 from mvreg.parallel import in_threads, one_by_one
 from mvreg.screening import refine_best
 from mvreg.stage_calls import check_described, checked
+from mvreg.surface.largest_range import without_largest_range
 from mvreg.surface.normals import facing_normals
 from mvreg.types import (
     Array,
@@ -101,7 +102,10 @@ class Pipeline:
         return changed
 
     def prepare(self, scans: Sequence[Scan], rng: np.random.Generator) -> list[View]:
-        """Down-sample and describe every scan.
+        """Down-sample and describe every scan, without what stands at the largest range.
+
+        Such points are no returns, see `mvreg.surface.largest_range`; the scan of a view, which
+        answers for what its sensor saw, is without them, too.
 
         Raises
         ------
@@ -114,6 +118,7 @@ class Pipeline:
             found = f"{len(scans)} scan(s)" if len(scans) < 2 else f"{', '.join(twice)} twice"
             raise InputError(f"expected at least two scans with different names, got {found}")
         seconds: dict[str, float] = {}
+        scans = in_threads(without_largest_range, scans)
         with timed(seconds, "downsample"):
             samples, spacing = checked("downsample", self.downsample)(scans, rng)
         resolutions = in_threads(lambda sample: mean_spacing(sample.points), samples)
@@ -122,7 +127,7 @@ class Pipeline:
 
         def described(scan: Scan, sample: Sample, resolution: float) -> View:
             features = describe(scan, sample.keypoints, spacing)
-            normals = facing_normals(scan, sample.points, features)
+            normals = facing_normals(scan, sample.points, features, resolution)
             return View(scan.name, sample.points, normals, features, resolution, scale, scan)
 
         views = []

@@ -16,6 +16,10 @@ from mvreg.types import Array, Candidates, Registration, View
 #: in six runs that costs no attempt more than all of them on more; the best three alone cost half
 #: as many again.
 FINE_STEP, COARSE_STEP, MAX_OBJECTIVE_RATIO = 8, 32, 4.0
+#: Those no worse than so many times are no better, but may be as probable: they are brought near
+#: their optimum, too, to be told beside the best. In a symmetric yard the right pose, with less
+#: overlap than the one half a turn off, had five times as much.
+RIVAL_RATIO = 10.0
 
 
 def thinned(view: View, step: int) -> View:
@@ -52,7 +56,9 @@ def refine_best(
     limit = MAX_OBJECTIVE_RATIO * first[0].objective
     left = [one.T_target_source for one in first if one.objective <= limit]
     best, *others = screen(refine, source, target, left, FINE_STEP)
-    others += first[len(left) :]
+    near = [one for one in first[len(left) :] if one.objective <= RIVAL_RATIO * first[0].objective]
+    others += screen(refine, source, target, [one.T_target_source for one in near], FINE_STEP)
+    others += first[len(left) + len(near) :]
     if rejected_early(best, thinned(source, FINE_STEP)):
         found = replace(best, pairs=best.pairs * np.array([FINE_STEP, 1]))
     else:

@@ -121,7 +121,7 @@ def test_changes_do_not_go_with_a_method_made_by_hand(method):
         ({"changes": {"fine.foo": 1}}, "fine"),
         ({"changes": {"seed.top_fraction": 7}}, r"seed\.top_fraction: expected a share"),
         ({"changes": {"seed.top_fraction": "much"}}, "could not be converted to Float"),
-        ({"changes": {"describe.orient": "up"}}, "expected one of .*auto, direction"),
+        ({"changes": {"describe.orient": "up"}}, "expected one of .*auto, estimated"),
     ],
 )
 def test_what_does_not_exist_is_refused_with_the_options(arguments, message):

@@ -27,10 +27,12 @@ from mvreg.types import Array
 
 #: A scan is placed right within so many degrees and so many mm of the truth.
 ANGLE, SHIFT_MM = 2.0, 5.0
-#: Where the unit of length is not known: so many resolutions instead of the mm.
-SHIFT_RESOLUTIONS = 5.0
+#: Where the unit of length is not known, and where it is the metre, which says that the scans are
+#: of places and not of things: so many resolutions instead of the mm. The mm are about as many on
+#: the Stanford sets.
+SHIFT_RESOLUTIONS = 3.0
 #: How many units of length a mm is.
-UNITS = {"mm": 1.0, "cm": 0.1, "m": 0.001}
+UNITS = {"mm": 1.0, "cm": 0.1}
 
 Poses = Mapping[str, Array]
 
@@ -44,7 +46,7 @@ class Tolerance:
 
     @classmethod
     def of(cls, report: Mapping[str, Any]) -> Tolerance:
-        """That of a run: 5 mm, or 5 resolutions where the unit is not known."""
+        """That of a run: 5 mm, or 3 resolutions where the unit is not known or the metre."""
         unit = UNITS.get(report["unit"])
         return cls(ANGLE, unit * SHIFT_MM if unit else SHIFT_RESOLUTIONS * report["resolution"])
 

@@ -29,29 +29,33 @@ PANELS = {
     "dragon": ("dragon", "bunny+dragon", "dragon+buddha"),
     "buddha": ("buddha", "dragon+buddha"),
     "figurine": ("figurine", "figurine~noise", "figurine+bunny"),
+    "room": ("room-0", "room-1", "room-2", "room-1+room-2", "office-0+room-0"),
+    "office": ("office-0", "office-1", "tls_office", "office-0+room-0"),
+    "street": ("street-0", "street-1", "lidar_campus", "street-0+street-1"),
+    "desk": ("desk-0", "desk-1", "rgbd_desk"),
 }
 #: Edges of the bins of probability.
 EDGES = np.array([0.0, 0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 0.98, 1.0])
 
 
-def pool(groups: Mapping[str, Judged], names: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Probabilities and truth of several groups together; of those that there are."""
-    some = [groups[name] for name in names if name in groups]
-    if not some:
-        return np.empty(0), np.empty(0, dtype=bool)
-    return (
-        np.concatenate([one.chances for one in some]),
-        np.concatenate([one.right for one in some]),
-    )
+def pool(
+    groups: Mapping[str, Judged], names: tuple[str, ...], *, best: bool = False
+) -> tuple[np.ndarray, np.ndarray]:
+    """Probabilities and truth of several groups together, all poses or the best of attempts."""
+    chances, right = [np.empty(0)], [np.empty(0, dtype=bool)]
+    for one in (groups[name] for name in names if name in groups):
+        chosen = one.best if best and one.best is not None else np.ones(len(one.right), dtype=bool)
+        chances.append(one.chances[chosen])
+        right.append(one.right[chosen])
+    return np.concatenate(chances), np.concatenate(right)
 
 
 def draw_roc(judged: Mapping[str, Mapping[str, Judged]]) -> Figure:
-    """A panel per data set, with the scans of other objects: the corner that matters."""
-    figure = canvas(2.9)
+    """A panel per kind, with the scans of other objects: the corner that matters."""
+    figure = canvas(5.2)
     threshold = EvidenceJudge().min_probability
-    for axis, (name, names) in zip(
-        figure.subplots(1, len(PANELS), sharey=True), PANELS.items(), strict=True
-    ):
+    axes = figure.subplots(2, len(PANELS) // 2, sharex=True, sharey=True).flat
+    for axis, (name, names) in zip(axes, PANELS.items(), strict=True):
         for setting, (label, colour, style, marker) in SETTINGS.items():
             chances, right = pool(judged.get(setting, {}), names)
             if not right.any() or right.all():
@@ -68,17 +72,17 @@ def draw_roc(judged: Mapping[str, Mapping[str, Judged]]) -> Figure:
         axis.legend(loc="lower right", fontsize=7, title="AUC", title_fontsize=7)
     figure.supxlabel(f"wrong poses accepted (share); marks: at {threshold:g}", fontsize=8.5)
     figure.supylabel("right poses accepted (share)", fontsize=8.5, x=0.01)
-    figure.subplots_adjust(left=0.07, right=0.985, bottom=0.19, top=0.9, wspace=0.12)
+    figure.subplots_adjust(left=0.07, right=0.985, bottom=0.11, top=0.94, wspace=0.12, hspace=0.2)
     return figure
 
 
 def draw_reliability(judged: Mapping[str, Mapping[str, Judged]]) -> Figure:
-    """The share of right poses against their probability, all groups together."""
+    """The share of right poses against their probability, of the best poses of all attempts."""
     figure = canvas(3.2, 6.0)
     axis = figure.subplots()
     axis.plot([0, 1], [0, 1], color=GREY, linewidth=0.8)
     for setting, (label, colour, style, marker) in SETTINGS.items():
-        chances, right = pool(judged.get(setting, {}), tuple(judged.get(setting, {})))
+        chances, right = pool(judged.get(setting, {}), tuple(judged.get(setting, {})), best=True)
         if not len(right):
             continue
         mean, share, count = zip(*reliability(chances, right, EDGES), strict=True)
@@ -92,7 +96,7 @@ def draw_reliability(judged: Mapping[str, Mapping[str, Judged]]) -> Figure:
                     textcoords="offset points",
                     fontsize=7,
                 )
-    axis.set(xlabel="probability, by weights fitted to other objects", ylabel="share that is right",
+    axis.set(xlabel="probability, by weights fitted to other kinds", ylabel="share that is right",
              xlim=(-0.02, 1.07), ylim=(-0.03, 1.03))  # fmt: skip
     axis.legend(loc="upper left")
     figure.subplots_adjust(left=0.11, right=0.98, bottom=0.15, top=0.97)

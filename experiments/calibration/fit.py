@@ -6,6 +6,7 @@ overlap never speaks against a pose, more violation never for it.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -24,20 +25,32 @@ LEAST = (0.5, 0.5, 0.5, 0.25, 0.5, 0.5)
 #: Strength of the ridge, half of it times the squared weights is added to the mean log loss. Right
 #: and wrong are all but separable, so that without one the probabilities would be 0 and 1.
 RIDGE = 0.002
+#: The share of right poses that each kind counts as having: that of the best poses of attempts,
+#: which are what the judge is asked about; of all poses weighed here, 0.04 are right.
+RIGHT = 0.4
+
+
+#: Groups of one kind of scene and sensor; the others' kind is their name up to a dash.
+KINDS = {
+    "armadillo_virtual": "armadillo", "rgbd_desk": "desk", "lidar_campus": "street",
+    "tls_office": "office",
+}  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """Poses of one group: `features` (P, F), and which are `right` (P,)."""
+    """Poses of one group: `features` (P, F), which are `right` (P,), and the group's `kind`."""
 
     features: Array
     right: Flags
+    kind: str = ""
 
 
 def fit(samples: Sequence[Sample], centre: Array, without: Sequence[int] = ()) -> Array:
     """Intercept and weights (1 + F,) that make right poses of all samples probable.
 
-    Every sample counts the same, however many poses it has.
+    Every kind counts the same, with `RIGHT` of right poses; within it every sample does, however
+    many poses it has.
 
     Parameters
     ----------
@@ -52,8 +65,7 @@ def fit(samples: Sequence[Sample], centre: Array, without: Sequence[int] = ()) -
     features = np.concatenate([sample.features for sample in samples]) - centre
     right = np.concatenate([sample.right for sample in samples])
     sign = np.where(right, 1.0, -1.0)
-    weight = np.concatenate([np.full(len(s.right), 1 / len(s.right)) for s in samples])
-    weight /= weight.sum()
+    weight = weights_of(samples)
     design = np.hstack([np.ones((len(features), 1)), features])
 
     def loss(weights: Array) -> tuple[float, Array]:
@@ -75,6 +87,19 @@ def fit(samples: Sequence[Sample], centre: Array, without: Sequence[int] = ()) -
     return weights
 
 
+def weights_of(samples: Sequence[Sample]) -> Array:
+    """How much each pose of all samples counts (P,), together 1."""
+    weight = [np.zeros(len(sample.right)) for sample in samples]
+    for right, share in ((True, RIGHT), (False, 1 - RIGHT)):
+        count = Counter(sample.kind for sample in samples if (sample.right == right).any())
+        for own, sample in zip(weight, samples, strict=True):
+            chosen = sample.right == right
+            own[chosen] = share / max(chosen.sum() * count[sample.kind], 1)
+    every: Array = np.concatenate(weight)
+    every /= max(every.sum(), np.finfo(float).tiny)
+    return every
+
+
 def predict(weights: Array, features: Array, centre: Array) -> Array:
     """Probabilities (P,) of features (P, F)."""
     score = weights[0] + (features - centre) @ weights[1:]
@@ -82,9 +107,15 @@ def predict(weights: Array, features: Array, centre: Array) -> Array:
     return chances
 
 
-def objects(group: str) -> set[str]:
-    """The objects of a group of scans: ``{"bunny", "dragon"}`` of ``"bunny~noise+dragon"``."""
-    return {name.partition("~")[0] for name in group.split("+")}
+def kinds(group: str) -> set[str]:
+    """The kinds of scene of a group of scans: ``{"room"}`` of ``"room-1+room-2"``."""
+    names = {name.partition("~")[0] for name in group.split("+")}
+    return {KINDS.get(name, name.partition("-")[0]) for name in names}
+
+
+def kind(group: str) -> str:
+    """What a group counts as: its kinds of scene together."""
+    return "+".join(sorted(kinds(group)))
 
 
 def cross_validated(
@@ -93,12 +124,12 @@ def cross_validated(
     centre: Array,
     without: Sequence[int] = (),
 ) -> dict[str, Array]:
-    """Probabilities of each group's features `asked` (P, F), fitted to other objects' samples."""
+    """Probabilities of each group's features `asked` (P, F), fitted to samples of other kinds."""
     found = {}
     for group, features in asked.items():
         others = [
             one for name, one in samples.items()
-            if not objects(name) & objects(group) and len(one.right)
+            if not kinds(name) & kinds(group) and len(one.right)
         ]  # fmt: skip
         if any(other.right.any() for other in others):
             found[group] = predict(fit(others, centre, without), features, centre)

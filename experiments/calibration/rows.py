@@ -16,6 +16,12 @@ from mvreg.evidence.pooled import ViewPair, pool_evidence
 from mvreg.report.upgrade import EVIDENCE, renamed
 from mvreg.types import Array
 
+#: Groups that are searched a second time, with the sensors hidden: as many as time allows.
+SEARCHED_BLIND = (
+    "bunny", "dragon", "figurine", "bunny+dragon", "room-0", "room-2", "office-0", "tls_office",
+    "street-0", "lidar_campus", "desk-0", "rgbd_desk", "office-0+room-0",
+)  # fmt: skip
+
 
 @dataclass(frozen=True)
 class Row:
@@ -51,12 +57,12 @@ class Row:
         )
 
 
-def measure(group: str, blind: bool, folder: Path) -> list[Row]:
-    """Weigh all poses of a group; `blind` hides the sensors, and adds poses found without them."""
+def measure(group: str, sensor: str, folder: Path) -> list[Row]:
+    """Weigh all poses of a group; with the sensors hidden, those found without them as well."""
     poses: list[Pose] = list(cached(group, blind=False, folder=folder / "poses"))
-    if blind and (folder / "poses" / f"{group}-blind.json").is_file():
+    if sensor != "known" and group in SEARCHED_BLIND:
         poses += cached(group, blind=True, folder=folder / "poses")
-    found = scene(group, blind)
+    found = scene(group, sensor)
     rows = []
     for pose in track(with_truth(found, poses), description=f"weigh {group}"):
         evidence = pool_evidence(
@@ -71,13 +77,13 @@ def measure(group: str, blind: bool, folder: Path) -> list[Row]:
     return rows
 
 
-def rows_of(group: str, blind: bool, folder: Path) -> Sequence[Row]:
+def rows_of(group: str, sensor: str, folder: Path) -> Sequence[Row]:
     """The rows of a group, from their file where it is, else measured now."""
-    file = folder / "rows" / f"{group}{'-blind' if blind else ''}.json"
+    file = folder / "rows" / f"{group}-{sensor}.json"
     if not file.is_file():
         file.parent.mkdir(parents=True, exist_ok=True)
         unfinished = file.with_suffix(".part")
-        rows = [asdict(row) for row in measure(group, blind, folder)]
+        rows = [asdict(row) for row in measure(group, sensor, folder)]
         unfinished.write_text(json.dumps({"rows": rows}, allow_nan=False), "utf-8")
         unfinished.replace(file)
     kept = json.loads(file.read_text("utf-8"))["rows"]

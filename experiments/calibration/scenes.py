@@ -9,16 +9,17 @@ from typing import Any
 import numpy as np
 
 import mvreg
+from experiments.calibration.raw_pairs import LEAST, true_overlap
 from mvreg.geometry import se3
 from mvreg.geometry.nearest import median_spacing
-from mvreg.stages.refine.planes import PointToPlane
 from mvreg.types import Array, Scan, ScanSet, View
 
 #: Standard deviation along every axis of what "~noise" adds, in mean spacings of the raw points.
 NOISE = 1.0
-#: Pairs of scans of different objects: as many of them at most.
-MOST_FOREIGN = 60
-
+#: As many pairs of a group at most, and of scans of different scenes.
+MOST_PAIRS, MOST_FOREIGN = 45, 30
+#: If there are more, this share overlaps by the truth; the rest is drawn from those that do not.
+OVERLAPPING = 0.7
 
 #: Data sets in the words of `mvreg.dataset`.
 SETS: dict[str, tuple[str, dict[str, Any]]] = {
@@ -36,23 +37,44 @@ SETS: dict[str, tuple[str, dict[str, Any]]] = {
     "figurine": ("figurine", {}),
     "blob-1": ("figurine", {"shape": "blob-1", "views": 8, "points": 20000}),
     "blob-2": ("figurine", {"shape": "blob-2", "views": 8, "points": 20000}),
+    "armadillo_virtual": ("armadillo_virtual", {}),
+    "rgbd_desk": ("rgbd_desk", {}),
+    "lidar_campus": ("lidar_campus", {}),
+    "tls_office": ("tls_office", {"sensor": "origin"}),
+}
+SETS |= {
+    f"{name}-{variant}": (name, {"variant": variant})
+    for name in ("room", "office", "street", "desk")
+    for variant in range(3)
 }
 
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """The prepared views of one or two data sets, and their truth, each set's in its own world."""
+    """The prepared views of one or two data sets, and their truth, each set's in its own world.
+
+    `unit` is that of their lengths.
+    """
 
     views: dict[str, View]
     owner: dict[str, str]
     truth: dict[str, Array]
     pipeline: mvreg.Pipeline
+    unit: str = "mm"
 
     def relative(self, source: str, target: str) -> Array | None:
         """The true ``T_target_source``, None for scans of different objects."""
         if self.owner[source] != self.owner[target]:
             return None
         return se3.invert(self.truth[target]) @ self.truth[source]
+
+    def true_overlap(self, source: str, target: str) -> float:
+        """The larger share of the two scans that lies on the other by the truth."""
+        truth = self.relative(source, target)
+        if truth is None:
+            return 0.0
+        a, b = self.views[source], self.views[target]
+        return max(true_overlap(a, b, truth), true_overlap(b, a, se3.invert(truth)))
 
 
 def load_set(name: str) -> ScanSet:
@@ -71,30 +93,46 @@ def load_set(name: str) -> ScanSet:
     return replace(loaded, scans=tuple(scans))
 
 
-def scene(group: str, blind: bool = False) -> Scene:
-    """Prepare ``"bunny"`` or ``"bunny+dragon"``; `blind` takes away what scans know of sensors."""
+def scene(group: str, sensor: str = "known") -> Scene:
+    """Prepare ``"bunny"`` or ``"bunny+dragon"``.
+
+    `sensor` is what is known of them: "known" is what the scans say, "estimated" takes that away,
+    and "none" leaves the normals without orientation, too.
+    """
     scans: list[Scan] = []
     owner: dict[str, str] = {}
     truth: dict[str, Array] = {}
     for name in group.split("+"):
         loaded = load_set(name)
-        scans += loaded.scans
-        owner |= {scan.name: name for scan in loaded.scans}
-        truth |= dict(loaded.poses or {})
-    if blind:
+        scans += [replace(scan, name=f"{name}/{scan.name}") for scan in loaded.scans]
+        owner |= {f"{name}/{scan.name}": name for scan in loaded.scans}
+        truth |= {f"{name}/{scan}": pose for scan, pose in (loaded.poses or {}).items()}
+    if sensor != "known":
         scans = [Scan(scan.name, scan.points) for scan in scans]
-    pipeline = replace(
-        mvreg.load_method("auto", {"seed": "nearest"}).pipeline, refine=PointToPlane()
-    )
+    changes = {"describe.orient": "auto"} if sensor == "none" else {}
+    pipeline = mvreg.load_method("auto", changes).pipeline
     views = pipeline.prepare(scans, np.random.default_rng(0))
-    return Scene({view.name: view for view in views}, owner, truth, pipeline)
+    return Scene({view.name: view for view in views}, owner, truth, pipeline, loaded.unit)
 
 
 def pairs_of(found: Scene, group: str) -> list[tuple[str, str]]:
-    """Which pairs: all of one set, in alternating directions; of two sets some across them."""
+    """Which pairs: all of one set, or evenly some; of two sets some across them.
+
+    In alternating directions.
+    """
     pairs = list(combinations(found.views, 2))
     if "+" in group:
         pairs = [pair for pair in pairs if found.owner[pair[0]] != found.owner[pair[1]]]
-        chosen = np.random.default_rng(1).permutation(len(pairs))[:MOST_FOREIGN]
-        pairs = [pairs[index] for index in sorted(chosen)]
+        pairs = evenly(pairs, MOST_FOREIGN)
+    elif len(pairs) > MOST_PAIRS:
+        meet = [pair for pair in pairs if found.true_overlap(*pair) >= LEAST]
+        apart = [pair for pair in pairs if pair not in set(meet)]
+        some = evenly(meet, max(round(OVERLAPPING * MOST_PAIRS), MOST_PAIRS - len(apart)))
+        pairs = some + evenly(apart, MOST_PAIRS - len(some))
     return [(b, a) if index % 2 else (a, b) for index, (a, b) in enumerate(pairs)]
+
+
+def evenly(pairs: list[tuple[str, str]], most: int) -> list[tuple[str, str]]:
+    """So many of the pairs at most, drawn at random, in their order."""
+    chosen = np.random.default_rng(1).permutation(len(pairs))[:most]
+    return [pairs[index] for index in sorted(chosen)]

@@ -123,6 +123,8 @@ def counted(kind: str) -> Callable[[Row], str]:
     return lambda row: str(row.count(kind)) if row.known else ""
 
 
+#: The heading of the times.
+SECONDS = "time (s)"
 COLUMNS: Mapping[str, Callable[[Row], str]] = {
     "runs": jobs,
     "scans": lambda row: str(row.total) if row.known else "",
@@ -133,14 +135,16 @@ COLUMNS: Mapping[str, Callable[[Row], str]] = {
     "pairs / N": lambda row: number(row.median(lambda each: each.pairs_per_scan), ".2f"),
     "e_R": lambda row: starred(row, row.median(lambda each: each.now.rotation), ".4f"),
     "e_t (mm)": lambda row: starred(row, row.median(lambda each: each.now.translation), ".3f"),
+    SECONDS: lambda row: number(row.median(lambda each: each.now.seconds), ".1f"),
     "confidence": lambda row: confidences(row, "right"),
     "of the false": lambda row: confidences(row, "false"),
 }
 
 
 def table(
-    found: Sequence[Row], captions: Mapping[str, str], heads: Sequence[str], errors: bool
-) -> list[str]:
+    found: Sequence[Row], captions: Mapping[str, str], heads: Sequence[str], errors: bool,
+    timed: bool = False,
+) -> list[str]:  # fmt: skip
     """A Markdown table with a line for each row; columns without anything are left out.
 
     Parameters
@@ -152,6 +156,8 @@ def table(
         Of the labels' columns.
     errors : bool
         Whether errors of the poses mean something: not where scans are of several objects.
+    timed : bool
+        Whether times are shown.
     """
     columns: dict[str, list[str]] = {}
     if len(captions) > 1:
@@ -159,9 +165,11 @@ def table(
     for index, head in enumerate(heads):
         columns[head] = [row.values[index] for row in found]
     left = len(columns)
-    for head, cell in COLUMNS.items():
+    wanted = {head: cell for head, cell in COLUMNS.items()
+              if (errors or not head.startswith("e_")) and (timed or head != SECONDS)}  # fmt: skip
+    for head, cell in wanted.items():
         cells = [cell(row) for row in found]
-        if any(cells) and (errors or not head.startswith("e_")):
+        if any(cells):
             columns[head] = cells
     return markdown(list(columns), list(zip(*columns.values(), strict=True)), left)
 

@@ -17,7 +17,8 @@ class RobustPage:
 
     `experiments` maps each experiment to its caption, `labels` the overrides that distinguish rows
     to column headings; runs that agree in all of them share a row. `errors` says whether pose
-    errors are meaningful; `bars` adds a section of targets, `check` the claims.
+    errors are meaningful, `timed` whether times are shown; `bars` adds a section of targets,
+    `check` the claims.
     """
 
     title: str
@@ -26,6 +27,7 @@ class RobustPage:
     labels: Mapping[str, str]
     check: Callable[[Sequence[Row]], list[Claim]]
     errors: bool = True
+    timed: bool = False
     bars: Callable[[Sequence[Row]], list[str]] = field(default=lambda rows: [])
 
 
@@ -93,6 +95,21 @@ ROBUST = {
         "Unordered scans in 20 orders",
         "The default method on scans in random order and random poses.",
         {"orders": ""}, SETS, none_false, bars=bars,
+    ),
+    "folders": RobustPage(
+        "Folders of points",
+        "The scans as most people have them: in random order, each moved at random, and nothing "
+        "known of where the sensor was, in 20 orders. armadillo_virtual are virtual scans of the "
+        "Armadillo's reconstruction, with exact poses.",
+        {"folders": ""}, SETS, none_false, timed=True,
+    ),
+    "environments": RobustPage(
+        "Rooms, streets and desks",
+        "Places instead of things, every scan moved at random, 10 times each. The first five are "
+        "modelled in code, with exact poses; the others are recorded, by an RGB-D camera "
+        "(rgbd_desk), a rotating LiDAR (lidar_campus) and a tilting 2D laser (tls_office). The "
+        "truth of these is good to a few centimetres, so that errors are not shown.",
+        {"environments": ""}, SETS, none_false, errors=False, timed=True,
     ),
     "mixtures": RobustPage(
         "Mixed scans of several objects",

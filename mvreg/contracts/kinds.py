@@ -69,7 +69,8 @@ class Propagate(Protocol):
     ) -> Candidates:
         """Return candidate poses ``T_target_source`` (C, 4, 4), by ascending score; may be empty.
 
-        `seeds` may be empty, or have been made by any other stage.
+        `seeds` may be empty, or have been made by any other stage. Where both views have a
+        vertical, `View.up`, poses should keep to it: nothing else forbids them.
         """
 
 

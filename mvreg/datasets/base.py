@@ -1,4 +1,4 @@
-"""What all data sets have in common: the order of the scans, and random motions."""
+"""What all data sets have in common: order of the scans, random motions, what scans are told."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from enum import Enum
 
 import numpy as np
 
+from mvreg.datasets.sensors import AUTO, check_sensor, tell_sensor, tell_upright
 from mvreg.errors import InputError
 from mvreg.geometry import se3
 from mvreg.types import Array, ScanSet
@@ -29,11 +30,22 @@ class ScanSource:
         ``given``: as the files are ordered; ``shuffle``: at random.
     scramble : bool
         Apply an unknown rigid motion to every scan, as if each had been taken from anywhere.
-        Sensors move with their scans, and the ground truth follows.
+        Sensors and verticals move with their scans, and the ground truth follows.
+    sensor : str
+        Where the sensor of every scan was, in the frame that the scan has before it is moved.
+        ``auto``: what the files or the data set say, if they say it; ``unknown``: nothing, even
+        if they do; ``origin``: at the origin of the scan's coordinates (a view point); ``+x``,
+        ``-x``, ``+y``, ``-y``, ``+z``, ``-z``: far away in this direction, as seen from the
+        surface (a view direction).
+    upright : bool
+        The scanner was levelled: the vertical of every scan is +z in the frame that it has before
+        it is moved. Poses between such scans keep to it.
     """
 
     order: Order = Order.given
     scramble: bool = False
+    sensor: str = AUTO
+    upright: bool = False
 
     def __post_init__(self) -> None:
         try:
@@ -41,20 +53,23 @@ class ScanSource:
         except ValueError:
             options = ", ".join(order.value for order in Order)
             raise InputError(f"dataset.order={self.order!r}: expected one of {options}") from None
+        check_sensor(self.sensor)
 
     def load(self, rng: np.random.Generator) -> ScanSet:
         """Find the scans, in their given order and where they are; for subclasses to define."""
         raise NotImplementedError(f"{type(self).__name__} does not define load()")
 
     def __call__(self, rng: np.random.Generator) -> ScanSet:
-        """Load, then shuffle and scramble as asked.
+        """Load, tell the sensors and the vertical, then shuffle and scramble as asked.
 
         Raises
         ------
         InputError
             If the scans cannot be found or read.
         """
-        scans = self.load(rng)
+        scans = tell_sensor(self.load(rng), self.sensor)
+        if self.upright:
+            scans = tell_upright(scans)
         if self.order is Order.shuffle:
             chosen = rng.permutation(len(scans.scans))
             scans = replace(scans, scans=tuple(scans.scans[i] for i in chosen))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
@@ -10,8 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from mvreg.datasets.base import ScanSource
+from mvreg.datasets.no_returns import remark_on_zeros, without_zeros
 from mvreg.errors import InputError
-from mvreg.io import SUPPORTED, read_points, read_poses
+from mvreg.io import SUPPORTED, read_cloud, read_poses
 from mvreg.parallel import in_threads
 from mvreg.types import Array, Scan, ScanSet
 
@@ -20,12 +22,22 @@ from mvreg.types import Array, Scan, ScanSet
 class Folder(ScanSource):
     """Every readable file in a folder, sorted as people count: scan2 before scan10.
 
-    Where the sensor stood is unknown, so the scans have no view direction.
+    Where the sensor stood is known where `sensor` or the file says it. Of the formats only PCD
+    can, by VIEWPOINT: its translation is the sensor's position in the coordinates of the points.
+    The default, ``0 0 0 1 0 0 0``, says nothing, because most writers write it regardless; if the
+    sensor is at the origin, say ``sensor=origin``. Some writers mean by VIEWPOINT how the points
+    are still to be moved: then say ``origin`` or ``unknown``.
+
+    Points at exactly 0, 0, 0 of which a scan has several are dropped with a remark: some sensors
+    write them where nothing came back.
 
     Parameters
     ----------
     path : str
         The folder; required.
+    path_in : str
+        For presets: the environment variable that names the folder in which a relative `path` is;
+        empty for the current folder.
     ground_truth : str
         A Stanford ``.conf``, a JSON of poses or a run's ``result.json``, in the unit of the
         files; a relative name is looked for here and then in the folder. Optional.
@@ -39,6 +51,7 @@ class Folder(ScanSource):
     ground_truth: str = ""
     pattern: str = "*"
     unit: str = "file"
+    path_in: str = ""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -65,11 +78,31 @@ class Folder(ScanSource):
         """
         if not self.path:
             raise InputError("dataset=folder needs the folder with your scans: dataset.path=DIR")
-        folder = Path(self.path).expanduser()
+        folder = self._folder()
         files = self._files(folder)
-        scans = _read_all(files)
+        read = _read_all(files)
+        scans = tuple(each.scan for each in read)
         poses = self._poses(folder, [scan.name for scan in scans]) if self.ground_truth else None
-        return ScanSet(self.name, scans, self.unit, poses)
+        return ScanSet(
+            self.name, scans, self.unit, poses,
+            sensors={scan.name: "file" for scan in scans if scan.knows_sensor},
+            remarks=remark_on_zeros({each.scan.name: each.dropped for each in read}),
+        )  # fmt: skip
+
+    def _folder(self) -> Path:
+        path = Path(self.path).expanduser()
+        if path.is_absolute() or not self.path_in:
+            return path
+        above = os.environ.get(self.path_in, "")
+        if above and (Path(above).expanduser() / path).is_dir():
+            return Path(above).expanduser() / path
+        state = f"is {above!r} and has none" if above else "is not set"
+        raise InputError(
+            f"dataset={self.name} is not on this machine: its scans are in {self.path} in the "
+            f"folder that the environment variable {self.path_in} names, which {state}. Set "
+            f"{self.path_in}, or set dataset.path to the full name of the folder with the scans, "
+            "or go on with dataset=figurine, which needs no files."
+        )
 
     def _files(self, folder: Path) -> list[Path]:
         try:
@@ -111,7 +144,15 @@ def natural(name: str) -> tuple[list[tuple[int, str]], str]:
     return [(int(part), "") if part.isdecimal() else (-1, part) for part in parts], name
 
 
-def _read_all(files: list[Path]) -> tuple[Scan, ...]:
+@dataclass(frozen=True)
+class _Read:
+    """A scan as read, and how many of its points were `dropped`."""
+
+    scan: Scan
+    dropped: int
+
+
+def _read_all(files: list[Path]) -> list[_Read]:
     """Read every file, and report all that cannot be read at once."""
     found = in_threads(_read, files)
     errors = [f"  {each}" for each in found if isinstance(each, InputError)]
@@ -122,14 +163,16 @@ def _read_all(files: list[Path]) -> tuple[Scan, ...]:
                 "leave them out by dataset.pattern:", *errors,
             ])
         )  # fmt: skip
-    return tuple(each for each in found if isinstance(each, Scan))
+    return [each for each in found if isinstance(each, _Read)]
 
 
-def _read(file: Path) -> Scan | InputError:
+def _read(file: Path) -> _Read | InputError:
     try:
-        return Scan(file.name, read_points(file))
+        cloud = read_cloud(file)
+        points, dropped = without_zeros(cloud.points, file)
     except InputError as error:
         return error
+    return _Read(Scan(file.name, points, view_point=cloud.view_point), dropped)
 
 
 def _few(names: list[str]) -> str:

@@ -91,6 +91,7 @@ def _some(scans: ScanSet, chosen: list[int]) -> ScanSet:
         scans=kept,
         poses=None if poses is None else {n: T for n, T in poses.items() if n in names},
         objects=None if objects is None else {n: o for n, o in objects.items() if n in names},
+        sensors={name: told for name, told in scans.sensors.items() if name in names},
     )
 
 
@@ -114,7 +115,11 @@ def join(parts: list[ScanSet]) -> ScanSet:
         objects |= {scan: names[each] for scan, each in own.items()}
     name = "+".join(part.name for part in parts)
     motions = {scan: motion for part in parts for scan, motion in part.motions.items()}
-    return ScanSet(name, scans, parts[0].unit, poses or None, objects, motions)
+    sensors = {scan: told for part in parts for scan, told in part.sensors.items()}
+    remarks = tuple(dict.fromkeys(remark for part in parts for remark in part.remarks))
+    return ScanSet(
+        name, scans, parts[0].unit, poses or None, objects, motions, sensors, remarks
+    )  # fmt: skip
 
 
 def _check(parts: list[ScanSet], scans: tuple[Scan, ...]) -> None:

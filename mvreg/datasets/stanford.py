@@ -25,8 +25,9 @@ class Stanford(ScanSource):
     """Stanford scans and their ``.conf`` poses; choose a preset: bunny, dragon, buddha, armadillo.
 
     They are looked for in `root`, then in the folder that the environment variable MVREG_DATA
-    names, then in the user's cache, and downloaded there if absent. The sensor is at +z in the
-    frame of every scan.
+    names, then in the user's cache, and downloaded there if absent and there is a `url`. The
+    sensor is at +z in the frame of every scan. The preset armadillo_virtual has virtual scans of
+    the Armadillo's reconstruction, laid out in the same way.
 
     Parameters
     ----------
@@ -39,7 +40,7 @@ class Stanford(ScanSource):
     folders : list of str
         Where the files may be, below the places searched; those themselves are always tried.
     url : str
-        The archive that holds them.
+        The archive that holds them; empty if there is none.
     root : str
         A folder to search first.
     unit_per_metre : float
@@ -69,7 +70,7 @@ class Stanford(ScanSource):
         InputError
             If they are neither here nor to be downloaded, or if some are missing or damaged.
         """
-        if not (self.name and self.conf and self.files and self.url):
+        if not (self.name and self.conf and self.files):
             raise InputError(
                 "dataset=stanford is what presets build on: use dataset=bunny, dragon, buddha or "
                 "armadillo, or set name, conf, files and url"
@@ -115,26 +116,40 @@ class Stanford(ScanSource):
                 partial[place] = missing
         if partial:
             lacks = [f"  {place} lacks {', '.join(names)}" for place, names in partial.items()]
+            source = f" from {self.url}" if self.url else ""
             raise InputError(
                 "\n".join([
                     f"dataset={self.name} is incomplete:", *lacks,
-                    f"Complete it from {self.url}, or point dataset.root or MVREG_DATA elsewhere.",
+                    f"Complete it{source}, or point dataset.root or MVREG_DATA elsewhere.",
                 ])
             )  # fmt: skip
         return None
 
     def _download(self) -> Path:
         target = cache_folder() / self.name
+        if not self.url:
+            raise InputError(
+                f"dataset={self.name} is not on this machine, and there is no address to download "
+                f"it from\n{self._wanted()}\n"
+                "Set dataset.root or MVREG_DATA to the folder that has it, or go on with "
+                "dataset=figurine, which needs no files."
+            )
         try:
             download(self.url, [self.conf, *self.files], target)
         except InputError as error:
-            searched = ", ".join(str(root) for root in self._roots())
             raise InputError(
                 f"dataset={self.name} is not on this machine, and downloading it failed: {error}\n"
-                f"  searched: {searched} (and in them {', '.join(self.folders)})\n"
-                f"  wanted: {', '.join([self.conf, *self.files])}\n"
+                f"{self._wanted()}\n"
                 f"  address: {self.url}\n"
                 "Unpack the archive yourself and set dataset.root or MVREG_DATA to its folder, or "
                 "go on with dataset=figurine, which needs no download."
             ) from error
         return target
+
+    def _wanted(self) -> str:
+        """Where it was looked for, and what."""
+        searched = ", ".join(str(root) for root in self._roots())
+        return (
+            f"  searched: {searched} (and in them {', '.join(self.folders)})\n"
+            f"  wanted: {', '.join([self.conf, *self.files])}"
+        )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import cast
 
 import numpy as np
@@ -14,9 +15,11 @@ from mvreg.evaluation.records import Assessment as Assessment
 from mvreg.evaluation.records import LinkAssessment as LinkAssessment
 from mvreg.evaluation.records import ScanAssessment as ScanAssessment
 from mvreg.evaluation.records import Uncertainty as Uncertainty
+from mvreg.evaluation.still import STOOD_STILL, stood_still
 from mvreg.evidence.pooled import pool_evidence
 from mvreg.parallel import in_threads
 from mvreg.surface.contact import Contact, axis_strength, surface_spacing
+from mvreg.surface.largest_range import without_largest_range
 from mvreg.surface.overlap import sampled
 from mvreg.types import Array, Result, Scan, ScanSet, View
 from mvreg.types.scan import as_scans
@@ -40,7 +43,8 @@ def assess(result: Result, views: Given | None = None) -> Assessment:
     """Say how far the poses of a result are to be trusted, by the scans alone.
 
     Every partial model is looked at by itself. Only scans whose bounding boxes overlap are
-    compared, and at most a thousand points of each, evenly from its list.
+    compared, and at most a thousand points of each, evenly from its list. No scan is green in a
+    partial model of scans whose sensor stood still, see `mvreg.evaluation.still.stood_still`.
 
     Parameters
     ----------
@@ -67,13 +71,16 @@ def assess(result: Result, views: Given | None = None) -> Assessment:
         for number, poses in enumerate(models, start=1)
     ]
     tolerance = _tolerance(parts)
+    still = [stood_still(part) for part in parts]
     scans: dict[str, ScanAssessment] = {}
-    for part in parts:
+    for part, doubtful in zip(parts, still, strict=True):
         for view in part.views:
-            scans[view.name] = _scan(view, part, tolerance, result.covariances.get(view.name))
+            found = _scan(view, part, tolerance, result.covariances.get(view.name))
+            scans[view.name] = _doubted(found) if doubtful else found
     resolution = prepared[0].scale.resolution if prepared else 0.0
     links = tuple(link for part in parts for link in _links(part))
-    return Assessment(tolerance * resolution, scans, links)
+    remarks = (STOOD_STILL,) if any(still) else ()
+    return Assessment(tolerance * resolution, scans, links, remarks)
 
 
 def _prepared(result: Result, given: Given | None) -> Sequence[View]:
@@ -101,12 +108,19 @@ def _check_same(scans: Sequence[Scan], views: Sequence[View]) -> None:
     made = {view.name: view.scan for view in views}
     for scan in scans:
         own = made.get(scan.name)
-        if own is None or not (own is scan or np.array_equal(own.points, scan.points)):
+        if own is None or not (own is scan or _same_points(own, scan)):
             raise InputError(
                 f"scan {scan.name} is not one of those that the result has the views of"
                 f"{'' if views else ' (it has none)'}; expected the scans that were registered, "
                 "or views: mvreg.assess(result, mvreg.prepare(scans, method))"
             )
+
+
+def _same_points(prepared: Scan, given: Scan) -> bool:
+    """Whether a prepared scan has all points of the one given, or those that preparing leaves."""
+    return np.array_equal(prepared.points, given.points) or np.array_equal(
+        prepared.points, without_largest_range(given).points
+    )
 
 
 def _tolerance(parts: Sequence[ComponentEvidence]) -> float:
@@ -160,6 +174,13 @@ def _scan(
         inlier_ratio,
         _rms(own), strength, uncertainty,
     )  # fmt: skip
+
+
+def _doubted(found: ScanAssessment) -> ScanAssessment:
+    """The same for scans whose sensor stood still: not green."""
+    if found.grade is not Grade.green:
+        return found
+    return replace(found, grade=Grade.amber, reason=STOOD_STILL)
 
 
 def _rms(found: Sequence[Contact]) -> float:

@@ -113,8 +113,12 @@ class ScanAssessment:
 
 @dataclass(frozen=True)
 class Assessment:
-    """Every placed scan by name, the pairs of them that overlap, and the tolerance (length)."""
+    """Every placed scan by name, the pairs of them that overlap, and the tolerance (length).
+
+    `remarks` are sentences on the scans as a whole.
+    """
 
     tolerance: float
     scans: Mapping[str, ScanAssessment]
     links: tuple[LinkAssessment, ...]
+    remarks: tuple[str, ...] = ()

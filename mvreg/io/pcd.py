@@ -3,6 +3,10 @@
 ASCII and binary are read here, because Open3D 0.20 completes a truncated file with zeros or with
 whatever was in memory: a plausible wrong cloud. The compressed kind is Open3D's, once the sizes
 that it states are found to be true.
+
+The header's VIEWPOINT is taken as PCL takes it where it orients normals: the pose of the sensor in
+the coordinates that the points have, so that its translation is the sensor's position. Points are
+never moved by it.
 """
 
 from __future__ import annotations
@@ -12,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from mvreg.errors import InputError
+from mvreg.io.cloud import PointCloud
 from mvreg.io.pcd_header import PcdHeader, read_header
 from mvreg.io.quiet import quiet_open3d
 from mvreg.io.table import parse_lines
@@ -19,8 +24,8 @@ from mvreg.kernels.text import parse_rows
 from mvreg.types import Array
 
 
-def read_pcd(path: Path) -> Array:
-    """Read the points (N, 3), NaN included.
+def read_pcd(path: Path) -> PointCloud:
+    """Read the points (N, 3), NaN included, and the sensor's position where the header has it.
 
     Raises
     ------
@@ -31,11 +36,8 @@ def read_pcd(path: Path) -> Array:
     header = read_header(data, path)
     if header.points > len(data) and header.data != "binary_compressed":
         raise _truncated(path, f"{len(data)} bytes", header)
-    if header.data == "ascii":
-        return _ascii(data, header, path)
-    if header.data == "binary":
-        return _binary(data, header, path)
-    return _compressed(data, header, path)
+    kinds = {"ascii": _ascii, "binary": _binary, "binary_compressed": _compressed}
+    return PointCloud(kinds[header.data](data, header, path), header.view_point)
 
 
 def _ascii(data: bytes, header: PcdHeader, path: Path) -> Array:

@@ -10,6 +10,7 @@ import numpy as np
 
 from mvreg.errors import InputError
 from mvreg.io.table import excerpt
+from mvreg.types import Array
 
 _TYPES = {"F4", "F8", "I1", "I2", "I4", "I8", "U1", "U2", "U4", "U8"}
 _DATA = ("ascii", "binary", "binary_compressed")
@@ -31,13 +32,18 @@ class Field:
 
 @dataclass(frozen=True)
 class PcdHeader:
-    """What the header says, and where the data begin: byte `size`, after `lines` lines."""
+    """What the header says, and where the data begin: byte `size`, after `lines` lines.
+
+    `view_point` (3,) is the sensor's position in the coordinates of the points, None where the
+    header does not tell it.
+    """
 
     fields: tuple[Field, ...]
     points: int
     data: str
     size: int
     lines: int
+    view_point: Array | None = None
 
     @property
     def record(self) -> int:
@@ -84,7 +90,8 @@ def read_header(data: bytes, path: Path) -> PcdHeader:
     kind = " ".join(entries["DATA"]).lower()
     if kind not in _DATA:
         raise InputError(f"{path}, line {lines}: expected DATA {', '.join(_DATA)}; got {kind!r}")
-    return PcdHeader(_fields(entries, path), _points(entries, path), kind, position, lines)
+    fields, points = _fields(entries, path), _points(entries, path)
+    return PcdHeader(fields, points, kind, position, lines, _view_point(entries, path))
 
 
 def _fields(entries: dict[str, list[str]], path: Path) -> tuple[Field, ...]:
@@ -113,3 +120,24 @@ def _points(entries: dict[str, list[str]], path: Path) -> int:
     if not counts or not all(c.isdecimal() and c.isascii() and len(c) < 16 for c in counts):
         raise InputError(f"{path}: expected a number of POINTS, got {' '.join(counts)!r}")
     return int(np.prod([int(c) for c in counts], dtype=object))
+
+
+def _view_point(entries: dict[str, list[str]], path: Path) -> Array | None:
+    """The translation of VIEWPOINT; None for the default pose, which most writers always write.
+
+    A quaternion of zeros is no rotation, and says as little.
+    """
+    words = entries.get("VIEWPOINT")
+    if words is None:
+        return None
+    try:
+        pose = np.array([float(word) for word in words])
+    except ValueError:
+        pose = np.empty(0)
+    if pose.shape != (7,) or not np.isfinite(pose).all():
+        raise InputError(
+            f"{path}: expected VIEWPOINT with 7 numbers, tx ty tz qw qx qy qz; "
+            f"got {excerpt(' '.join(words))}"
+        )
+    turned = pose[4:].any()
+    return pose[:3] if pose[:3].any() or turned else None

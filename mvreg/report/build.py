@@ -20,6 +20,7 @@ from mvreg.report.rows import (
     pair_rows,
     scan_row,
 )
+from mvreg.surface.largest_range import remark_on_largest_range
 from mvreg.types import Pair, Result, ScanSet, View
 
 #: What can change the answer. Open3D has two distributions, of which one is installed.
@@ -89,13 +90,21 @@ def build_report(
         "errors": errors_row(errors),
         "consistency": consistency_row(consistency(result.poses, views)),
         "grades": grade_row(assessment, resolution),
-        "scans": [scan_row(scan.name, result, by_scan, assessment) for scan in scanset.scans],
+        "scans": [
+            {**scan_row(scan.name, result, by_scan, assessment), "sensor": scanset.sensor_of(scan)}
+            for scan in scanset.scans
+        ],
         "links": link_rows(assessment, result, resolution),
         "pairs": pair_rows(result.pairs),
         "covariances": dict(result.covariances),
         "truth": None if scanset.poses is None else dict(scanset.poses),
         "objects": None if scanset.objects is None else dict(scanset.objects),
         "motions": dict(scanset.motions),
+        "remarks": [
+            *scanset.remarks,
+            *remark_on_largest_range(scanset.scans),
+            *assessment.remarks,
+        ],
         "config": dict(config),
         "versions": versions(),
         "commit": commit(),

@@ -14,6 +14,11 @@ if TYPE_CHECKING:
 
 Report = Mapping[str, Any]
 Lines = list["str | Text"]
+#: Who told where a sensor was, in words; reports of data sets that know it all say nothing.
+SENSORS = {
+    "file": "told by the file", "user": "told by dataset.sensor",
+    "data set": "told by the data set", "unknown": "unknown",
+}  # fmt: skip
 
 
 def totals(report: Report, folder: Path | None = None) -> Lines:
@@ -22,8 +27,10 @@ def totals(report: Report, folder: Path | None = None) -> Lines:
 
     lines: Lines = [Text(line, style="dim") for line in _legend(report)]
     lines.append("")
+    lines += [Text(f"remark: {remark}", style="yellow") for remark in report.get("remarks") or []]
     if report.get("status") == "interrupted":
         lines.append(Text("interrupted: this is what was finished", style="bold red"))
+    lines += _sensor_line(report)
     lines.append(_placed_line(report))
     lines += _error_line("", report, report)
     for part in report.get("components") or []:
@@ -47,6 +54,19 @@ def _legend(report: Report) -> list[str]:
         f"inlier ratio: share of these within {near} of the other scan's tangent plane",
         "weakest axis: strength of the overlap along it, from 0 (free to slide) to 1",
     ]
+
+
+def _sensor_line(report: Report) -> list[str]:
+    """Of how many scans who told where the sensor was, where it is not the data set alone."""
+    found = [str(row["sensor"]) for row in report.get("scans", []) if row.get("sensor")]
+    if set(found) <= {"data set"}:
+        return []
+    parts = [
+        f"{words} for {count(found.count(who), 'scan')}"
+        for who, words in SENSORS.items()
+        if who in found
+    ]
+    return [f"sensor {', '.join(parts)}"]
 
 
 def _placed_line(report: Report) -> str:

@@ -5,22 +5,29 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import Enum
 
-import numpy as np
-
 from mvreg.kernels.rays import Rays
+from mvreg.surface.sensor import SensorModel, estimated_sensor, told_sensor
 from mvreg.surface.sensor_direction import estimated_direction as estimated_direction
-from mvreg.types import Array, Model, View
+from mvreg.types import Array, Model, Scan, View
+from mvreg.types.lazy import kept_on_argument
 
 
 class Sensor(Enum):
     """Where the sensor of a scan is taken to be.
 
     `known` is what the scan says, its view direction or else its view point; a scan that says
-    nothing has no say then. `estimated` falls back on `estimated_direction` for such scans.
+    nothing has no say then. `estimated` falls back on `mvreg.surface.sensor.estimated_sensor` for
+    such scans.
     """
 
     known = "known"
     estimated = "estimated"
+
+
+@kept_on_argument
+def scan_of(view: View) -> Scan:
+    """The scan of a view; one of the view's own points where it has none."""
+    return Scan(view.name, view.points) if view.scan is None else view.scan
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,26 +60,15 @@ class RangeImage:
         """
         if isinstance(view, Model):
             return None
-        scan = view.scan
-        points = view.points if scan is None else scan.points
-        if scan is not None and scan.view_direction is not None:
-            return cls(points, scan.view_direction, None)
-        if scan is not None and scan.view_point is not None:
-            return cls(points, None, scan.view_point)
-        if sensor is Sensor.known:
-            return None
-        direction = estimated_direction(view)
-        return None if direction is None else cls(points, direction, None)
+        scan = scan_of(view)
+        model = told_sensor(scan)
+        if model is None and sensor is Sensor.estimated:
+            model = estimated_sensor(scan)
+        return None if model is None else cls(scan.points, model.direction, model.point)
 
     def towards(self, points: Array) -> Array:
         """Unit vectors (M, 3) from points in the scan's frame towards the sensor."""
-        if self.direction is not None:
-            return np.broadcast_to(self.direction, points.shape)
-        assert self.origin is not None
-        away = self.origin - points
-        length = np.linalg.norm(away, axis=1, keepdims=True)
-        unit: Array = away / np.maximum(length, np.finfo(float).tiny)
-        return unit
+        return SensorModel(self.direction, self.origin).towards(points)
 
     def rays(self, reach: float) -> Rays:
         """The scan's own rays, to be asked for those within `reach` (length); kept."""

@@ -48,6 +48,7 @@ BULGE_WEIGHT = 0.3
 def estimated_direction(view: View) -> Array | None:
     """A unit vector (3,) that points from the surface towards the sensor, or nearly.
 
+    As if the sensor were far away; `mvreg.surface.sensor.estimated_sensor` asks whether it was.
     Kept on the view.
 
     Returns
@@ -55,7 +56,13 @@ def estimated_direction(view: View) -> Array | None:
     (3,) array or None
         None for what no single sensor saw, such as a closed surface, and for too few points.
     """
-    points, normals = view.points, view.normals
+    axis = estimated_axis(view)
+    return None if axis is None else axis * side(view.points, view.normals, axis)
+
+
+def estimated_axis(view: View) -> Array | None:
+    """The direction (3,) to the sensor or away from it; None as for `estimated_direction`."""
+    points = view.points
     if len(points) < NEIGHBOURS or not view.resolution > 0:
         return None
     offsets = points - points.mean(axis=0)
@@ -73,7 +80,7 @@ def estimated_direction(view: View) -> Array | None:
     weights = np.exp(-(shares - shares.min()) / HIDDEN_SCALE - (angles / DENSITY_SCALE) ** 2)
     mean = weights @ fan
     direction: Array = mean / np.linalg.norm(mean)
-    return direction * side(points, normals, direction)
+    return direction
 
 
 def half_sphere(count: int, pole: Array, landmark: Array) -> Array:

@@ -37,6 +37,8 @@ class Scan:
         Unit vector from the surface towards the sensor, for a sensor far away or orthographic.
     view_point : (3,) array, optional
         The sensor's position, for a central projection.
+    up : (3,) array, optional
+        Unit vector against gravity, where the sensor was levelled; poses keep to it.
 
     Raises
     ------
@@ -48,6 +50,7 @@ class Scan:
     points: Array
     view_direction: Array | None = None
     view_point: Array | None = None
+    up: Array | None = None
 
     def __post_init__(self) -> None:
         try:
@@ -69,7 +72,7 @@ class Scan:
             )
         points.flags.writeable = False  # the trees and the views share them
         object.__setattr__(self, "points", points)
-        for key in ("view_direction", "view_point"):
+        for key in ("view_direction", "view_point", "up"):
             vector = getattr(self, key)
             if vector is None:
                 continue
@@ -77,11 +80,13 @@ class Scan:
             if vector.shape != (3,) or not np.isfinite(vector).all():
                 raise InputError(f"scan {self.name!r}: expected {key} of 3 numbers, got {vector}")
             object.__setattr__(self, key, vector)
-        if self.view_direction is not None:
-            norm = np.linalg.norm(self.view_direction)
+        for key in ("view_direction", "up"):
+            if (vector := getattr(self, key)) is None:
+                continue
+            norm = np.linalg.norm(vector)
             if norm == 0:
-                raise InputError(f"scan {self.name!r}: view_direction is the zero vector")
-            object.__setattr__(self, "view_direction", self.view_direction / norm)
+                raise InputError(f"scan {self.name!r}: {key} is the zero vector")
+            object.__setattr__(self, key, vector / norm)
 
     @lazy
     def tree(self) -> Tree:
@@ -103,13 +108,14 @@ class Scan:
         return self.view_direction is not None or self.view_point is not None
 
     def moved(self, transform: Array) -> Scan:
-        """The same scan in another frame: points and sensor move together."""
-        direction, point = self.view_direction, self.view_point
+        """The same scan in another frame: points, sensor and vertical move together."""
+        direction, point, up = self.view_direction, self.view_point, self.up
         return replace(
             self,
             points=se3.apply(transform, self.points),
             view_direction=None if direction is None else transform[:3, :3] @ direction,
             view_point=None if point is None else se3.apply(transform, point[None])[0],
+            up=None if up is None else transform[:3, :3] @ up,
         )
 
 
@@ -124,6 +130,8 @@ class ScanSet:
     them into one frame is wrong. None where all scans are of one object.
     `motions` maps the names of scans that were moved since they were read to ``T_scan_read``
     (4, 4): errors are reported for the frames that the files have.
+    `sensors` maps the names of scans whose sensor the ``file`` or the ``user`` told to that word.
+    `remarks` are sentences on what was done to the scans when they were read.
     """
 
     name: str
@@ -132,6 +140,8 @@ class ScanSet:
     poses: Mapping[str, Array] | None = None
     objects: Mapping[str, str] | None = None
     motions: Mapping[str, Array] = field(default_factory=dict)
+    sensors: Mapping[str, str] = field(default_factory=dict)
+    remarks: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if self.poses is not None:
@@ -139,6 +149,14 @@ class ScanSet:
         if self.objects is not None:
             checks.instance("ScanSet.objects", self.objects, Mapping)
         checks.keep(self, motions=checks.named_poses("ScanSet.motions", self.motions))
+        checks.instance("ScanSet.sensors", self.sensors, Mapping)
+        checks.instance("ScanSet.remarks", self.remarks, tuple)
+
+    def sensor_of(self, scan: Scan) -> str:
+        """Who told where the scan's sensor was: ``file``, ``user``, ``data set`` or ``unknown``."""
+        if not scan.knows_sensor:
+            return "unknown"
+        return self.sensors.get(scan.name, "data set")
 
     def as_read(self, poses: Mapping[str, Array]) -> dict[str, Array]:
         """Poses ``T_any_scan`` (4, 4) as those of the same scans before they were moved."""

@@ -176,6 +176,11 @@ class View:
 
         return build_tree(self.features.keypoints)
 
+    @property
+    def up(self) -> Array | None:
+        """Unit vector (3,) against gravity in the view's frame; None where it is not known."""
+        return None if self.scan is None else self.scan.up
+
 
 @dataclass(frozen=True, eq=False)
 class Part:
@@ -204,6 +209,14 @@ class Model(View):
     def members(self) -> tuple[str, ...]:
         """The names of the parts, in order."""
         return tuple(part.view.name for part in self.parts)
+
+    @property
+    def up(self) -> Array | None:
+        """The vertical (3,) of the first of the parts that has one, in the model frame."""
+        for part in self.parts:
+            if (up := part.view.up) is not None:
+                return part.T_model_scan[:3, :3] @ up
+        return None
 
     @classmethod
     def of(cls, view: View) -> Model:

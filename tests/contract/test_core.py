@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from mvreg.contracts import KINDS
+from mvreg.datasets.environments.sets import Desk, Office, Room, Street, Yard
 from mvreg.datasets.folder import Folder
 from mvreg.datasets.mixture import Mixture
 from mvreg.datasets.spoilt import Spoilt
@@ -27,6 +28,10 @@ SPHERE = "tiny views=2 points=300 shape=sphere"
 INSTEAD: dict[str, Any] = {
     "dataset/figurine": Figurine(views=2, points=300, shape="sphere"),
     "dataset/tiny": Tiny(views=2, points=300, shape="sphere"),
+    **{
+        f"dataset/{cls.__name__.lower()}": cls(scans=2, rays=600)
+        for cls in (Room, Office, Yard, Street, Desk)
+    },
     "dataset/mixture": Mixture(
         of=[SPHERE, SPHERE.replace("sphere", "box")], keep=["2"], scramble=False
     ),

@@ -23,7 +23,7 @@ from mvreg.io import write_ply
 from mvreg.types import Scan, ScanSet
 
 CONF = Path(__file__).parents[2] / "conf" / "dataset"
-PRESETS = {"bunny": 10, "dragon": 15, "buddha": 15, "armadillo": 12}
+PRESETS = {"bunny": 10, "dragon": 15, "buddha": 15, "armadillo": 12, "armadillo_virtual": 12}
 
 
 def compose(base: type, *overrides: dict[str, Any]) -> Any:
@@ -173,11 +173,13 @@ def test_presets_load_in_every_layout(
     np.testing.assert_allclose(loaded.poses[first][:3, :3], metres.poses[first][:3, :3])
 
 
-@pytest.mark.parametrize("name", ["bunny", "dragon", "buddha"])
+@pytest.mark.parametrize("name", ["bunny", "dragon", "buddha", "armadillo_virtual"])
 def test_real_scans_load(data_root: Path, name: str, rng: np.random.Generator) -> None:
     loaded = preset(name, root=str(data_root))(rng)
     assert len(loaded.scans) == PRESETS[name]
-    assert loaded.scans[0].name in {"bun000.ply", "dragonStandRight_0.ply", "happyStandRight_0.ply"}
+    assert loaded.scans[0].name in {
+        "bun000.ply", "dragonStandRight_0.ply", "happyStandRight_0.ply", "ArmadilloVirtual_0.ply",
+    }  # fmt: skip
     assert loaded.poses is not None
     assert len(loaded.poses) == PRESETS[name]
     for scan in loaded.scans:
@@ -240,6 +242,25 @@ def test_without_network_the_error_shows_the_ways_on(
         assert str(expected) in message
 
 
+def test_what_cannot_be_downloaded_says_where_it_may_be(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rng: np.random.Generator
+) -> None:
+    def unexpected(url: str, names: list[str], target: Path) -> None:
+        raise AssertionError(f"asked for {url!r}")
+
+    monkeypatch.setattr(stanford_module, "download", unexpected)
+    monkeypatch.setenv("MVREG_DATA", str(tmp_path / "env"))
+    source = preset("armadillo_virtual", root=str(tmp_path / "root"))
+    with pytest.raises(InputError, match="there is no address to download it from") as caught:
+        source(rng)
+    for expected in (tmp_path / "root", tmp_path / "env", "ArmadilloVirtual.conf", "MVREG_DATA"):
+        assert str(expected) in str(caught.value)
+    folder = fake(source, tmp_path / "env/armadillo_virtual")
+    (folder / "ArmadilloVirtual_30.ply").unlink()
+    with pytest.raises(InputError, match=r"lacks ArmadilloVirtual_30\.ply\nComplete it, or point"):
+        source(rng)
+
+
 def test_the_bare_class_is_no_data_set(rng: np.random.Generator) -> None:
     with pytest.raises(InputError, match="dataset=bunny"):
         Stanford()(rng)
@@ -249,14 +270,14 @@ def test_the_bare_class_is_no_data_set(rng: np.random.Generator) -> None:
 
 def folder_of(path: Path, *names: str) -> Path:
     for i, name in enumerate(names):
-        write_ply(path / name, np.full((4, 3), float(i)))
+        write_ply(path / name, np.full((4, 3), 1.0 + i))
     return path
 
 
 def test_a_folder_is_read_as_people_count(tmp_path: Path, rng: np.random.Generator) -> None:
     path = folder_of(tmp_path / "mine", "scan10.ply", "scan2.PLY", "Scan1.ply", ".hidden.ply")
     (path / "b.xyz").write_text("1 2 3\n")
-    np.save(path / "a.npy", np.zeros((3, 3)))
+    np.save(path / "a.npy", np.ones((3, 3)))
     for ignored in ("truth.conf", "result.json", "README.md", "Makefile"):
         (path / ignored).write_text("no scan")
     (path / "folder.ply").mkdir()

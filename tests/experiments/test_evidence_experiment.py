@@ -24,10 +24,46 @@ TRUE = np.array([0.5, 1.0, -1.5, 0.0, 0.7, -2.0, -0.3])
 def test_the_fit_finds_the_weights_that_the_poses_were_drawn_with(monkeypatch):
     from experiments.calibration import fit
 
+    sample = drawn(20000, TRUE)
+    monkeypatch.setattr(fit, "RIGHT", sample.right.mean())
     monkeypatch.setattr(fit, "RIDGE", 1e-6)
     monkeypatch.setattr(fit, "LEAST", (0.0,) * len(FEATURES))
-    found = fit.fit([drawn(20000, TRUE)], np.zeros(len(FEATURES)))
+    found = fit.fit([sample], np.zeros(len(FEATURES)))
     np.testing.assert_allclose(found, TRUE, atol=0.12)
+
+
+def test_every_kind_counts_the_same_with_the_same_share_of_right_poses():
+    from experiments.calibration.fit import RIGHT, Sample, weights_of
+
+    def some(right, count, kind):
+        return Sample(np.zeros((count, len(FEATURES))), np.arange(count) < right, kind)
+
+    groups = [some(5, 50, "room"), some(2, 10, "room"), some(90, 100, "bunny"), some(0, 7, "a+b")]
+    weights = np.split(weights_of(groups), np.cumsum([50, 10, 100])[:3])
+    assert sum(one.sum() for one in weights) == pytest.approx(1)
+    room, other, bunny, foreign = weights
+    assert room.sum() == pytest.approx(other.sum())
+    assert room.sum() + other.sum() == pytest.approx(bunny.sum())
+    assert room[:5].sum() / room.sum() == pytest.approx(RIGHT)
+    assert bunny[:90].sum() / bunny.sum() == pytest.approx(RIGHT)
+    assert foreign.sum() / bunny.sum() == pytest.approx(1 - RIGHT)
+
+
+def test_what_is_nearly_right_is_neither():
+    from dataclasses import replace
+
+    from experiments.calibration.poses import NEARLY, SHIFT, Pose, nearly
+    from experiments.calibration.scenes import Scene
+
+    pair = overlap()
+    scene = Scene({"a": pair.source, "b": pair.target}, {}, {}, None)
+    right = Pose("a", "b", "best", [], 0.5, 1.0, 0.9 * SHIFT, right=True)
+    wrong = replace(right, shift=1.1 * SHIFT, right=False)
+    assert not nearly(scene, right)
+    assert nearly(scene, wrong)
+    assert not nearly(scene, replace(wrong, shift=1.1 * NEARLY * SHIFT))
+    assert not nearly(scene, replace(wrong, true_overlap=0.0))
+    assert not nearly(scene, replace(wrong, angle=None, shift=None))
 
 
 def test_no_feature_counts_the_wrong_way_and_the_excluded_ones_not_at_all():
@@ -51,9 +87,11 @@ def test_a_ridge_keeps_probabilities_modest():
 
 
 def test_every_group_is_judged_by_other_objects_only():
-    from experiments.calibration.fit import cross_validated, objects
+    from experiments.calibration.fit import cross_validated, kind, kinds
 
-    assert objects("bunny~noise+dragon") == {"bunny", "dragon"}
+    assert kinds("bunny~noise+dragon") == {"bunny", "dragon"}
+    assert kinds("room-1+room-2") == {"room"}
+    assert kind("tls_office") == kind("office-1") == "office"
     groups = {"bunny": drawn(500, TRUE, 1), "dragon": drawn(500, TRUE, 2)}
     centre = np.zeros(len(FEATURES))
     asked = {name: sample.features for name, sample in groups.items()}
@@ -85,10 +123,19 @@ def test_a_line_of_the_page():
     from experiments.calibration.calibrate import Judged, line
 
     right = np.array([True, True, False, False])
-    found = line("known", "bunny", Judged(right, np.array([0.99, 0.6, 0.2, 0.1])), 0.9)
-    assert found == "| known | bunny | 4 | 2 | 1.0000 | 50.0% | 0 | 0.200 |"
+    found = line("known", "bunny", Judged(right, np.array([0.99, 0.61, 0.2, 0.1])), 0.9)
+    assert found == "| known | bunny | 4 | 2 | 1.0000 | 50.0% | 0.80 | 0 | 0.200 |"
     wrong = line("known", "a+b", Judged(~right[:2], np.array([0.95, 0.2])), 0.9)
-    assert wrong == "| known | a+b | 2 | 0 | - | - | 1 | 0.950 |"
+    assert wrong == "| known | a+b | 2 | 0 | - | - | - | 1 | 0.950 |"
+
+
+def test_groups_of_a_kind_are_counted_together():
+    from experiments.calibration.calibrate import Judged, by_kind
+
+    one = Judged(np.array([True, False]), np.array([0.9, 0.2]))
+    found = by_kind({"room-1": one, "room-1+room-2": one, "bunny+dragon": one})
+    assert set(found) == {"room", "bunny+dragon"}
+    assert len(found["room"].right) == 4
 
 
 def row(right=True, points=900, localizability=0.05, overlap=0.6):
@@ -126,6 +173,16 @@ def test_figures_are_drawn_of_what_there_is():
     assert titles[1] == "dragon"
     assert len(roc.axes[0].get_legend().get_texts()) == 2
     assert len(draw_reliability({"known": some}).axes[0].lines) == 2
+
+
+def test_the_reliability_is_of_the_best_poses():
+    from experiments.calibration.calibrate import Judged
+    from experiments.calibration.figures import pool
+
+    right, best = np.array([True, False, False]), np.array([True, True, False])
+    chances, truth = pool({"a": Judged(right, np.array([0.9, 0.3, 0.1]), best)}, ("a",), best=True)
+    np.testing.assert_array_equal(chances, [0.9, 0.3])
+    np.testing.assert_array_equal(truth, [True, False])
 
 
 def test_a_slide_moves_the_overlap_by_what_was_asked_for():

@@ -16,6 +16,9 @@ from mvreg.report.json_file import dumps
 ROOT = Path(__file__).parents[2]
 NAMES = sorted(file.stem for file in (ROOT / "conf/experiment").glob("*.yaml"))
 
+#: Scenes in code, which some builds have and others do not: all of them or none.
+EMBEDDED = {"room", "office", "street", "yard", "desk"}
+
 
 def fabricate(errors=(0.01, 1.0), placed=2, angle=1.0, **changes):
     """A report of a made-up run: three scans, of which some are placed."""
@@ -68,6 +71,7 @@ def test_there_are_the_tables_and_the_ablations():
         "table1", "table2", "table3", "peers", "delta", "scales", "tmse", "overlap", "noise",
         "sampling", "orders", "mixtures_pairs", "mixtures_drawn", "mixtures_foreign", "subsets",
         "spoilt_noise", "spoilt_outliers", "spoilt_density", "spoilt_all", "shapes",
+        "folders", "environments",
     }  # fmt: skip
     assert choices()["experiment"] == NAMES
 
@@ -79,6 +83,8 @@ def test_every_job_composes_to_what_it_says(name):
     jobs = runs.plan(name)
     assert len(set(jobs)) == len(jobs) >= 5
     values = {key: list(dict.fromkeys(v)) for key, v in zip(*transposed(jobs), strict=True)}
+    if not EMBEDDED & set(choices()["dataset"]):
+        values["dataset"] = [each for each in values["dataset"] if each not in EMBEDDED]
     base = {key: each[0] for key, each in values.items()}
     for key, each in values.items():  # one at a time: all of them would take a minute
         for value in each if len(each) < 10 else (each[0], each[-1]):
@@ -120,6 +126,23 @@ def test_the_orders_are_others_than_the_files():
         composed = compose.compose([f"+experiment={name}", "dataset=bunny", "+method=fcpma"])
         assert composed.dataset.order.value == "shuffle"
         assert composed.dataset.scramble == (name != "table3")
+
+
+@pytest.mark.parametrize("name", ["bunny", "dragon", "buddha", "armadillo_virtual"])
+def test_folders_are_bare_points_in_any_order_and_place(name):
+    composed = compose.compose(["+experiment=folders", f"dataset={name}"]).dataset
+    assert (composed.order.value, composed.scramble, composed.sensor) == (
+        "shuffle",
+        True,
+        "unknown",
+    )
+
+
+@pytest.mark.parametrize("name", ["rgbd_desk", "lidar_campus", "tls_office"])
+def test_recorded_environments_are_moved_and_keep_what_is_known_of_them(name):
+    plain = compose.compose([f"dataset={name}"]).dataset
+    composed = compose.compose(["+experiment=environments", f"dataset={name}"]).dataset
+    assert composed == {**plain, "scramble": True} and not plain.scramble
 
 
 def test_a_folder_is_what_hydra_calls_it(tmp_path, monkeypatch):
@@ -175,7 +198,7 @@ def test_the_folder_of_a_mixture_is_what_hydra_calls_it_too():
 def test_an_unknown_experiment_is_told_what_there_is(tmp_path):
     from experiments.common import runs
 
-    with pytest.raises(InputError, match="delta, mixtures_drawn"):
+    with pytest.raises(InputError, match="delta, environments, folders, mixtures_drawn"):
         runs.runs("table9", tmp_path)
 
 

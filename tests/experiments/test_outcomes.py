@@ -182,6 +182,33 @@ def test_errors_of_some_scans_only_are_starred(tmp_path, parts):
     assert table_of(page(tmp_path, "orders"))[0]["e_R"] == "0.0040\\*"
 
 
+def test_times_are_shown_where_they_are_asked_for(tmp_path):
+    for rng, seconds in enumerate([3.0, 5.0, 100.0]):
+        run = fabricate(NAMES, objects=None)
+        run["seconds"]["total"] = seconds
+        leave(tmp_path, "folders", ("+method=auto", "dataset=dragon", f"rng={rng}"), run)
+        leave(tmp_path, "orders", ("+method=auto", "dataset=dragon", f"rng={rng}"), run)
+    bunny, dragon, buddha, armadillo = table_of(page(tmp_path, "folders"))
+    assert (dragon["runs"], dragon["correct"], dragon["time (s)"]) == ("3 of 20", "18", "5.0")
+    assert dragon["e_R"] == "0.0040" and bunny["time (s)"] == buddha["time (s)"] == ""
+    assert armadillo["data set"] == "armadillo_virtual"
+    assert "time (s)" not in table_of(page(tmp_path, "orders"))[1]
+
+
+def test_places_are_judged_in_resolutions_and_have_no_errors_in_mm(tmp_path):
+    run = {**fabricate(NAMES, objects=None), "unit": "m", "resolution": 0.2}
+    near, far = np.eye(4), np.eye(4)
+    near[0, 3], far[0, 3] = 0.5, 0.7
+    for rng, offset in enumerate([near, far]):
+        poses = {**run["poses"], "b": (WORLD["b"] @ offset).tolist()}
+        jobs = ("+method=auto", "dataset=tls_office", f"rng={rng}")
+        leave(tmp_path, "environments", jobs, {**run, "poses": poses})
+    text = page(tmp_path, "environments")
+    (row,) = [row for row in table_of(text) if row["data set"] == "tls_office"]
+    assert (row["runs"], row["correct"], row["false positives"]) == ("2 of 10", "11", "1")
+    assert "e_t (mm)" not in row and claims(text)[0][0] == "does not hold"
+
+
 def test_what_was_not_run_or_cannot_be_judged_is_said(tmp_path):
     job = ("+method=auto", "dataset=mixture", "dataset.of=[bunny]", "rng={}")
     named = [[each.format(rng) for each in job] for rng in range(3)]

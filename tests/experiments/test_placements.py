@@ -104,7 +104,7 @@ def test_the_tolerance_is_in_mm_or_in_resolutions():
 
     shifts = {unit: Tolerance.of({"unit": unit, "resolution": 0.3}).shift
               for unit in ("mm", "cm", "m", "file")}  # fmt: skip
-    assert shifts == pytest.approx({"mm": 5, "cm": 0.5, "m": 0.005, "file": 1.5})
+    assert shifts == pytest.approx({"mm": 5, "cm": 0.5, "m": 0.9, "file": 0.9})
 
 
 TINY = {"of": ["tiny points=300 views=3 shape=sphere", "tiny points=300 views=2 shape=blob-0"]}

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from threading import Barrier, Event, Thread
+from typing import TypeVar
 
 import numpy as np
 import pytest
@@ -15,9 +17,10 @@ from mvreg._open3d import load_open3d
 from mvreg.datasets.folder import Folder
 from mvreg.datasets.stanford import Stanford
 from mvreg.errors import InputError
-from mvreg.io import read_points
+from mvreg.io import read_cloud, read_points
 from mvreg.io.quiet import quiet_open3d
 
+T = TypeVar("T")
 FACET = "facet normal 0 0 1\nouter loop\nvertex {}\nvertex {}\nvertex {}\nendloop\nendfacet\n"
 
 
@@ -63,12 +66,15 @@ def test_two_files_are_read_at_once(
     monkeypatch.setattr(parallel, "threads", lambda: 2)
     both = Barrier(2)
 
-    def read(path: Path) -> np.ndarray:
-        both.wait(timeout=20)  # an error unless there are two here
-        return read_points(path)
+    def waiting(read: Callable[[Path], T]) -> Callable[[Path], T]:
+        def both_read(path: Path) -> T:
+            both.wait(timeout=20)  # an error unless there are two here
+            return read(path)
 
-    for module in (mvreg.datasets.folder, mvreg.datasets.stanford):
-        monkeypatch.setattr(module, "read_points", read)
+        return both_read
+
+    monkeypatch.setattr(mvreg.datasets.folder, "read_cloud", waiting(read_cloud))
+    monkeypatch.setattr(mvreg.datasets.stanford, "read_points", waiting(read_points))
     assert len(Folder(path=str(folder))(rng).scans) == 6
     assert len(stanford(folder, ["0.xyz", "1.xyz"])(rng).scans) == 2
 

@@ -20,7 +20,7 @@ from mvreg.stages import EvidenceJudge, PointToPlaneJudge, TrimmedICP
 from mvreg.testing import blob_scans, overlap
 
 #: What a stage of each kind does, the method otherwise that of `mvreg.register`.
-METHOD = {"downsample": "paper", "downsample.min_points": 500}
+METHOD = {"downsample": "paper", "downsample.min_points": 700}
 
 
 @dataclass(frozen=True)

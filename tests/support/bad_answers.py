@@ -108,7 +108,8 @@ WRONG = {
         (lambda new, *_: replace(new, normals=2 * new.normals), "vectors, got one of length 2"),
         (lambda new, *_: replace(new, descriptors=new.descriptors[1:]), "Features.descriptors: "),
         (lambda new, *_: replace(new, normals=new.normals[:, 0]), r"expected shape \(\d+, L, 3\)"),
-        (lambda new, *_: replace(new, descriptors=new.descriptors * np.inf), "finite numbers, got"),
+        (lambda new, *_: replace(new, descriptors=np.full_like(new.descriptors, np.inf)),
+         "finite numbers, got"),
         (lambda new, *_: Features(*(np.concatenate([a, a]) for a in
                                     (new.keypoints, new.normals, new.descriptors)), True),
          r"got \d+ described keypoints of \d+"),

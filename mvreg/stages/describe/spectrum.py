@@ -8,6 +8,7 @@ import numpy as np
 
 from mvreg.errors import InputError, check_ascending, check_positive
 from mvreg.geometry.nearest import build_tree
+from mvreg.kernels.grid import Cells
 from mvreg.kernels.moments import moments
 from mvreg.surface.normals import Orient, orient
 from mvreg.types import Array, Features, Scan
@@ -20,10 +21,17 @@ SPREAD = 0.2
 
 
 def neighbourhood_moments(
-    scan: Scan, keypoints: Array, radii: Array, stride: int = 1
+    scan: Scan, keypoints: Array, radii: Array, stride: int = 1, cell: float = 0.0
 ) -> tuple[Array, Array, Array]:
-    """`mvreg.kernels.moments.moments` of every `stride`-th raw point of a scan."""
-    tree = scan.tree if stride == 1 else build_tree(scan.points[::stride])
+    """`mvreg.kernels.moments.moments` of every `stride`-th raw point of a scan.
+
+    Or of the means of the points in cells of a length.
+    """
+    tree = scan.tree
+    if cell > 0:
+        tree = build_tree(Cells(scan.points, cell).means)
+    elif stride > 1:
+        tree = build_tree(scan.points[::stride])
     return moments(tree, keypoints, radii)
 
 
@@ -44,20 +52,27 @@ class SpectrumDescribe:
         Keypoints with fewer raw points within the smallest radius are dropped.
     orient : Orient
         Which way the normals point.
+    even : float
+        Neighbours are the means of the points in cells of so many spacings of the keypoints, so
+        that a surface looks the same however densely it was sampled; 0, as in the paper, takes the
+        raw points.
     """
 
     scales: int = 4
     min_neighbours: int = 11
     orient: Orient = Orient.auto
+    even: float = 0.0
 
     def __post_init__(self) -> None:
         check_positive("describe", min_neighbours=self.min_neighbours)
+        if not self.even >= 0:
+            raise InputError(f"describe.even: expected 0 or more, got {self.even}")
         if self.scales < 2:
             raise InputError(f"describe.scales: expected at least 2, got {self.scales}")
 
     def __call__(self, scan: Scan, keypoints: Array, spacing: float) -> Features:
         radii = np.arange(1, self.scales + 1) * spacing / 2
-        count, _, second = neighbourhood_moments(scan, keypoints, radii)
+        count, _, second = neighbourhood_moments(scan, keypoints, radii, cell=self.even * spacing)
         spread = np.trace(second[:, 0], axis1=1, axis2=2) / np.maximum(count[:, 0], 1)
         # Neighbours that all lie on the keypoint have no shape.
         dense = (count[:, 0] >= self.min_neighbours) & (spread > (1e-9 * radii[0]) ** 2)

@@ -8,28 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from mvreg.errors import InputError, check_positive
+from mvreg.evidence.pairing import view_pairs
 from mvreg.evidence.pooled import CONSISTENT, Evidence, ViewPair, pool_evidence
 from mvreg.evidence.pooling import SUBSAMPLING
-from mvreg.evidence.view_pair import may_overlap
 from mvreg.geometry import se3
-from mvreg.types import Array, Model, Registration, Verdict, View, ViewGraph
+from mvreg.types import Array, Registration, Verdict, View, ViewGraph
 
 #: An alternative is evaluated on a subsample first. If it is less probable than this share of what
 #: would make it one, that is all: on the Stanford scans the two evaluations differ by 0.001 at
 #: most.
 NEGLIGIBLE = 0.1
-
-
-def view_pairs(source: View, target: View, T_target_source: Array, step: int = 1) -> list[ViewPair]:
-    """Of a scan with a view: with every part that it may meet, if it is a model that has parts."""
-    if not isinstance(target, Model) or not target.parts:
-        return [ViewPair(source, target, T_target_source, step=step)]
-    homes = se3.invert(np.stack([part.T_model_scan for part in target.parts]))
-    return [
-        ViewPair(source, part.view, pose, step=step)
-        for part, pose in zip(target.parts, homes @ T_target_source, strict=True)
-        if may_overlap(source, part.view, pose)
-    ]
 
 
 def distance(source: View, first: Array, second: Array) -> float:

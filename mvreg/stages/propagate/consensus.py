@@ -16,6 +16,7 @@ from mvreg.kernels import propagate as kernels
 from mvreg.kernels import ransac
 from mvreg.parallel import in_threads, slices
 from mvreg.stages.propagate.match_sets import Spread
+from mvreg.stages.propagate.upright import as_steep, levelled_poses
 from mvreg.types import Array, Candidates, Indices, Matches, View, common_spread
 
 #: So many seeds are worth a thread's while.
@@ -49,7 +50,8 @@ class ConsensusPropagate:
     A rigid motion keeps distances and angles: a keypoint of the source corresponds to one of the
     target if both are as far from the seed and their normals turn as much from the seed's, at all
     scales, and their descriptors agree (Sec. 3.2 of the paper). One global sweep a seed, as in the
-    authors' published code, not an iterative growth.
+    authors' published code, not an iterative growth. Between views whose verticals are known, poses
+    keep to them.
 
     Parameters
     ----------
@@ -77,6 +79,10 @@ class ConsensusPropagate:
         the scans; five complete all that were tried.
     separation : float
         Candidates differ in rotation by more than this, in degrees.
+    slide : float
+        Or they move the middle of the source's keypoints to places so far apart, in units of the
+        keypoints' spacing. Infinite, as in the paper, where only rotations count: of poses that
+        differ by a slide along a corridor or a row of windows only the best is kept then.
     """
 
     distance_tolerance: float = 0.5
@@ -89,6 +95,7 @@ class ConsensusPropagate:
     quality_overlap: float = 0.4
     keep: int = 5
     separation: float = 10.0
+    slide: float = np.inf
 
     def __post_init__(self) -> None:
         check_positive(
@@ -97,6 +104,7 @@ class ConsensusPropagate:
             angle_tolerance=self.angle_tolerance,
             descriptor_tolerance=self.descriptor_tolerance,
             inlier_distance=self.inlier_distance,
+            slide=self.slide,
         )
         check_positive("propagate", spread_over=self.spread_over)
         if self.keep < 1 or self.samples < 1 or self.min_matches < 3:
@@ -112,13 +120,16 @@ class ConsensusPropagate:
     def __call__(
         self, source: View, target: View, seeds: Matches, rng: np.random.Generator
     ) -> Candidates:
-        if not len(seeds):
+        possible = seeds.indices[as_steep(source, target, seeds.indices)]
+        if not len(possible):
             return Candidates.none()
-        spread = self.spread(source, target, seeds.indices).at_least(self.min_matches)
+        spread = self.spread(source, target, possible).at_least(self.min_matches)
         if not len(spread):
             return Candidates.none()
         poses, agree = self.consensus(source, target, spread, rng)
         found = np.flatnonzero(np.logical_or.reduceat(agree, spread.ends[:-1]))
+        poses, level = levelled_poses(source, target, poses)
+        found = found[level[found]]
         if not len(found):
             return Candidates.none()
         kept, scores = self.rank(source, target, poses[found])
@@ -141,7 +152,7 @@ class ConsensusPropagate:
         )  # fmt: skip
         sizes = np.concatenate([np.diff(ends) for _, ends in parts])
         matches = np.concatenate([matches for matches, _ in parts])
-        return Spread(matches, ends_of(sizes))
+        return Spread(matches, ends_of(sizes)).only(as_steep(source, target, matches))
 
     def consensus(
         self, source: View, target: View, spread: Spread, rng: np.random.Generator
@@ -165,19 +176,26 @@ class ConsensusPropagate:
         """Which poses differ and have the best quality, and that: best first."""
         keypoints = source.features.keypoints
         rough = self.quality(keypoints[::FEWER], source, target, poses)
-        few = self.different(poses, rough, AMONG * self.keep)
+        middle = keypoints.mean(axis=0)
+        places = poses[:, :3, :3] @ middle + poses[:, :3, 3]
+        few = self.different(poses, places / source.scale.spacing, rough, AMONG * self.keep)
         scores = self.quality(keypoints, source, target, poses[few])
         kept = np.argsort(scores, kind="stable")[: self.keep]
         return few[kept], scores[kept]
 
-    def different(self, poses: Array, scores: Array, most: int) -> Indices:
-        """Positions of the best poses that differ, `most` of them."""
+    def different(self, poses: Array, places: Array, scores: Array, most: int) -> Indices:
+        """Positions of the best poses that differ, `most` of them.
+
+        `places` (C, 3) are where they put the middle of the source, in spacings of the keypoints.
+        """
         kept: list[int] = []
         left = np.argsort(scores, kind="stable")
         while len(left) and len(kept) < most:
             kept.append(int(left[0]))
             angles = se3.rotation_angle(poses[left], poses[left[0]])
-            left = left[1:][np.rad2deg(angles[1:]) >= self.separation]
+            turned = np.rad2deg(angles[1:]) >= self.separation
+            slid = np.linalg.norm(places[left[1:]] - places[left[0]], axis=1) >= self.slide
+            left = left[1:][turned | slid]
         return np.array(kept)
 
     def quality(self, keypoints: Array, source: View, target: View, poses: Array) -> Array:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mvreg.geometry.arrays import Flags
 from mvreg.geometry.ragged import picked
 from mvreg.types import Indices
 
@@ -43,3 +44,10 @@ class Spread:
             return self
         rows, ends = picked(self.ends, kept)
         return Spread(self.matches[rows], ends)
+
+    def only(self, kept: Flags) -> Spread:
+        """The same sets, of the matches that are kept (M,) alone."""
+        if kept.all():
+            return self
+        before = np.concatenate([[0], np.cumsum(kept)])
+        return Spread(self.matches[kept], before[self.ends])

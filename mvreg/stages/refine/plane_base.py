@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mvreg.geometry import se3
-from mvreg.kernels.trimmed_pairs import trimmed
 from mvreg.stages.refine.trimmed import NARROWEST, WIDEST, Trim, TrimmedICP
 from mvreg.types import Array, View
 
@@ -110,10 +109,14 @@ class PlaneICP(TrimmedICP, ABC):
                 return pose, best.trim, iteration, True
         return pose, best.trim, self.max_iterations, False
 
+    def trim(self, source: View, target: View, transform: Array, bound: float) -> Trim:
+        """The trimmed pairs of a pose, with psi of the residuals as their objective."""
+        return self.measure(source, target, transform, bound).trim
+
     def measure(self, source: View, target: View, transform: Array, bound: float) -> PlanePairs:
         """The trimmed pairs of a pose, with psi as their objective."""
         points = se3.apply(transform, source.points)
-        trim = Trim(*trimmed(target.tree, points, bound, self.min_overlap, self.power))
+        trim = super().trim(source, target, transform, bound)
         moved, partners = points[trim.chosen], target.points[trim.targets]
         facing = source.normals[trim.chosen] @ transform[:3, :3].T
         directions = self.directions(facing, target.normals[trim.targets])

@@ -7,12 +7,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from mvreg.errors import InputError
+from mvreg.geometry import se3
+from mvreg.geometry.vertical import levelled, tilt
 from mvreg.kernels import icp
+from mvreg.kernels.trimmed_pairs import trimmed
 from mvreg.parallel import spare
 from mvreg.types import Array, Indices, Registration, View
 
 #: How far neighbours are looked for at first, and at least, in units of the keypoints' spacing.
 WIDEST, NARROWEST = 4.0, 1e-9
+#: Poses of levelled scans tilt by so much at most (degrees): what a bubble level, or a car, is off.
+MOST_TILT = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +41,18 @@ class Trim:
         return max(2 * float(self.distances[-1]), 0.9 * self.bound, least)
 
 
+def tilts(transform: Array, source: View, target: View) -> bool:
+    """Whether a pose tilts more than levelled scans may; False where a vertical is unknown."""
+    up, other = source.up, target.up
+    return up is not None and other is not None and bool(tilt(transform, up, other) > MOST_TILT)
+
+
+def level_enough(transform: Array, source: View, target: View) -> Array:
+    """The nearest pose that tilts no more, about the middle of the source."""
+    assert source.up is not None and target.up is not None
+    return levelled(transform, source.up, target.up, source.points.mean(axis=0), MOST_TILT)
+
+
 @dataclass(frozen=True)
 class TrimmedICP:
     """Trimmed ICP: pairs, overlap and motion in turn, each solved exactly, so psi never grows.
@@ -45,6 +62,9 @@ class TrimmedICP:
 
     Minimises ``psi = trimmed_mse / overlap^(1 + exponent)``, Eqs. (3) to (5) of the paper; after
     Chetverikov et al. 2005, and Phillips et al. 2007 for the exponent.
+
+    Between views whose verticals are known, a pose that tilts by more than `MOST_TILT` is turned
+    back to that, whatever refines it; pairs and objective are those of the pose returned.
 
     Parameters
     ----------
@@ -76,6 +96,9 @@ class TrimmedICP:
 
     def __call__(self, source: View, target: View, T_init: Array) -> Registration:
         transform, pairs, iterations, converged = self.iterate(source, target, T_init)
+        if tilts(transform, source, target):
+            transform = level_enough(transform, source, target)
+            pairs = self.trim(source, target, transform, WIDEST * source.scale.spacing)
         return Registration(
             source=source.name,
             target=target.name,
@@ -89,6 +112,11 @@ class TrimmedICP:
             iterations=iterations,
             converged=converged,
         )
+
+    def trim(self, source: View, target: View, transform: Array, bound: float) -> Trim:
+        """The trimmed pairs of a pose; `bound` is how far neighbours are looked for at first."""
+        points = se3.apply(transform, source.points)
+        return Trim(*trimmed(target.tree, points, bound, self.min_overlap, self.power))
 
     @property
     def power(self) -> float:

@@ -15,20 +15,26 @@ from mvreg.geometry.nearest import mean_spacing
 from mvreg.kernels.trimmed_pairs import trimmed
 from mvreg.stages.strategy.grow import GrowStrategy, careful_levels
 from mvreg.surface.displacement import STILL, farthest
-from mvreg.types import Array, Features, Result, View
+from mvreg.types import Array, Features, Model, Part, Result, View
 
 #: Of the score: smallest overlap and the paper's lambda, as in `TrimmedICP`.
 MIN_OVERLAP, EXPONENT = 0.4, 2.0
 
 
-def union(views: Sequence[View], poses: Mapping[str, Array], without: str) -> View:
-    """All the points of the placed views but one, in the model frame; nothing to search by."""
+def union(views: Sequence[View], poses: Mapping[str, Array], without: str) -> Model:
+    """All the points of the placed views but one, in the model frame; nothing to search by.
+
+    A model of them, so that it has their vertical.
+    """
     others = [view for view in views if view.name in poses and view.name != without]
     points = np.concatenate([se3.apply(poses[view.name], view.points) for view in others])
     turned = [view.normals @ poses[view.name][:3, :3].T for view in others]
     features = Features(np.empty((0, 3)), np.empty((0, 1, 3)), np.empty((0, 1)), oriented=False)
     spacing = mean_spacing(points)
-    return View(others[0].name, points, np.concatenate(turned), features, spacing, views[0].scale)
+    return Model(
+        others[0].name, points, np.concatenate(turned), features, spacing, views[0].scale,
+        parts=tuple(Part(view, poses[view.name]) for view in others),
+    )  # fmt: skip
 
 
 def objective(poses: Mapping[str, Array], views: Sequence[View]) -> float:

@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 
 from mvreg import events
+from mvreg import run as library
 from mvreg.errors import InputError
 from mvreg.evidence import pooling
 from mvreg.evidence.pooled import pool_evidence
 from mvreg.geometry import se3
 from mvreg.stages.describe.spectrum import NoDescribe
 from mvreg.stages.judge.evidence import EvidenceJudge
+from mvreg.stages.strategy.best_first.growth import Growth
 from mvreg.stages.strategy.best_first.overlap_score import overlap_scores
 from mvreg.stages.strategy.best_first.partial_models import PartialModels
 from mvreg.stages.strategy.best_first.search import Search
@@ -190,6 +192,13 @@ def test_a_subsample_is_enough_for_a_view_in_its_place(monkeypatch):
     assert error_probability(EvidenceJudge(), wrong) == 1 - pool_evidence(wrong).probability > 0.5
 
 
+def growth(models: PartialModels) -> Growth:
+    """Partial models about to grow as in the default method."""
+    scores = np.ones((len(models.views), len(models.views)))
+    pipeline = library.load_method("auto").pipeline
+    return Growth(Search(scores, models, 3, 10), pipeline, scores, np.random.default_rng(0), 0.5)
+
+
 def test_a_join_is_refused_that_the_other_scans_object_to():
     views, truth = two_objects()
     first = [k for k, view in enumerate(views) if view.name.startswith("0")]
@@ -203,15 +212,10 @@ def test_a_join_is_refused_that_the_other_scans_object_to():
     found = JUDGED.refine(models.views[2], models.views[0], true(0, 2))
     verdict = Verdict(True, 0.0, 1.0, "fine")
     models.join(3, 2, true(2, 3))
-    consistent_join = BestFirst().consistent_join(models, EvidenceJudge(), 2, 0, found, verdict)
-    assert not consistent_join.reliable
-    assert "contradict" in consistent_join.reason
-    assert (
-        BestFirst().consistent_join(
-            PartialModels(models.views), EvidenceJudge(), 2, 0, found, verdict
-        )
-        is verdict
-    )
+    joined = growth(models).consistent_join(2, 0, found, verdict)
+    assert not joined.reliable
+    assert "contradict" in joined.reason
+    assert growth(PartialModels(models.views)).consistent_join(2, 0, found, verdict) is verdict
 
 
 def test_a_copy_of_partial_models_changes_alone():

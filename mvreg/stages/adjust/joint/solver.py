@@ -25,6 +25,9 @@ PHASES = ((8, True, None, 0.2), (4, False, 2.0, 0.05), (1, False, 2.0, 0.01))
 #: Dragon, Buddha and a column of 30 and 150 scans by 7 to 45 (medians 15). A phase ends when the
 #: next round would move no point farther than the phase allows: that round is not needed.
 SHRINKING = 8.0
+#: A phase also ends when moves have not shrunk to this share in two rounds: contacts that come and
+#: go, as where things moved between scans, never come to rest.
+STALLED = 0.5
 #: Where a sample lies on so many other scans in the mean, the last phase asks every second one. On
 #: columns of 40 and 80 scans, and on Bunny, Dragon and Buddha if made to, that moves poses by 0.002
 #: to 0.008 resolutions, adds a tenth to their standard deviations, and halves the phase's time.
@@ -67,10 +70,12 @@ class Solver:
         motions, found, free, least = np.stack(poses), None, list[int](), 1
         for stride, flat, near, still in PHASES:
             gate = Gate((near or self.reach) * self.resolution, max(stride, least), flat)
+            moves: list[float] = []
             for _ in range(self.max_rounds):
                 before = motions
                 motions, found, free = self.round(motions, gate, still)
-                if self.farthest(before, motions) <= SHRINKING * still:
+                moves.append(self.farthest(before, motions))
+                if moves[-1] <= SHRINKING * still or stalled(moves):
                     break
             least = 2 if found is not None and self.crowded(found, gate) else 1
         return self.summary(motions, found, free) if found is not None and free else None
@@ -147,3 +152,8 @@ class Solver:
             for (i, j), count, rms in zip(ways.tolist(), counts, scatter, strict=True)
             if count
         ]
+
+
+def stalled(moves: Sequence[float]) -> bool:
+    """Whether the last of the moves is hardly smaller than two rounds before."""
+    return len(moves) > 2 and moves[-1] > STALLED * moves[-3]

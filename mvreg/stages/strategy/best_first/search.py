@@ -39,12 +39,36 @@ class Search:
         self.failures = np.zeros(len(scores), dtype=int)  # of the partial models it was in
         self.misses = np.zeros(len(scores), dtype=int)  # its own
         self.tried: set[tuple[int, frozenset[int]]] = set()
+        self.registered: set[frozenset[int]] = set()  # pairs: source and first target
+        self.suggested: list[tuple[int, int]] = []
         self.in_a_row = 0
         self.gains = np.zeros((len(scores), len(scores) + 1))
         self.grouping: Indices = np.full(len(scores), -1)  # the groups that `gains` are of
         self.stale: set[int] = set()
 
+    def suggest(self, first: int, second: int) -> None:
+        """Register this pair next: it closes a loop that decides."""
+        self.suggested.append((first, second))
+
     def next(self) -> tuple[int, list[int]] | None:
+        """What to try next, see `most_promising`; pairs suggested come before."""
+        found = self.suggestion() or self.most_promising()
+        if found is not None:
+            self.registered.add(frozenset((found[0], found[1][0])))
+        return found
+
+    def suggestion(self) -> tuple[int, list[int]] | None:
+        """The last pair suggested that is of two partial models, and was not tried."""
+        group = self.models.group
+        while self.suggested:
+            pair = self.suggested.pop()
+            if group[pair[0]] != group[pair[1]] and frozenset(pair) not in self.registered:
+                sizes = [int((group == group[k]).sum()) for k in pair]
+                source, target = pair if sizes[0] <= sizes[1] else pair[::-1]
+                return source, [target]
+        return None
+
+    def most_promising(self) -> tuple[int, list[int]] | None:
         """The view to move and the views to move it to, most promising first; None at the end.
 
         It moves to the larger group, or to one of the same size.

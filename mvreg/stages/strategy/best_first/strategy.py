@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
@@ -11,18 +11,17 @@ import numpy as np
 from mvreg.contracts import Judge, Pipeline
 from mvreg.errors import check_ascending, check_positive
 from mvreg.evidence.view_pair import surface_samples
-from mvreg.geometry import se3
 from mvreg.parallel import in_threads
+from mvreg.stages.strategy.best_first.growth import Growth
 from mvreg.stages.strategy.best_first.joint_verdict import (
-    checked_for_symmetry,
     error_probability,
-    together,
 )
-from mvreg.stages.strategy.best_first.loop_closure import LoopClosure
+from mvreg.stages.strategy.best_first.outcome import outcome
 from mvreg.stages.strategy.best_first.overlap_score import overlap_scores
 from mvreg.stages.strategy.best_first.partial_models import PartialModels
 from mvreg.stages.strategy.best_first.search import Search
-from mvreg.types import Array, Edge, Pair, Registration, Result, Verdict, View, ViewGraph
+from mvreg.stages.strategy.best_first.settlement import LEAST_POOLED
+from mvreg.types import Result, View
 
 #: Scans that were withdrawn get so many further rounds of attempts.
 ROUNDS = 2
@@ -78,79 +77,29 @@ class BestFirst:
         scores = overlap_scores(views, self.radii, self.neighbours)
         models = PartialModels(views)
         search = Search(scores, models, self.parts, self.max_failures)
-        pairs: list[Pair] = []
-        graph = ViewGraph()
-        loops = LoopClosure(search, pipeline, pairs, rng)
+        growth = Growth(search, pipeline, scores, rng, self.min_probability)
         pipeline.begin(views[int(scores.sum(axis=1).argmax())])
         for _ in range(ROUNDS):
-            graph = self.grow(search, pipeline, pairs, scores, graph, loops, rng)
-            withdrawn = self.withdraw(models, pipeline.judge)
-            graph = graph.without({views[k].name for k in withdrawn})
+            growth.grow()
+            withdrawn = self.withdraw(models, pipeline.judge, growth.settlement.supported)
+            growth.graph = growth.graph.without({views[k].name for k in withdrawn})
             if not withdrawn:
                 break
             search.failures[withdrawn] = np.minimum(
                 search.failures[withdrawn], self.max_failures - 1
             )
-        result = outcome(models, scores, pairs)
+        result = outcome(models, scores, growth.pairs)
         pipeline.revise(result)
         return result
 
-    def grow(
-        self,
-        search: Search,
-        pipeline: Pipeline,
-        pairs: list[Pair],
-        scores: Array,
-        graph: ViewGraph,
-        loops: LoopClosure,
-        rng: np.random.Generator,
-    ) -> ViewGraph:
-        """Join partial models as long as there is something to try; `pairs` gets every attempt."""
-        models = search.models
-        while (found := search.next()) is not None:
-            source, targets = found
-            target = models.target(targets, pipeline)
-            view = models.views[source]
-            checks = (
-                checked_for_symmetry(pipeline, view, target, graph),
-                partial(self.consistent_join, models, pipeline.judge, source, targets[0]),
-                loops.check(source, targets, graph),
-            )
-            registration, pair = pipeline.register(view, target, graph, rng.spawn(1)[0], checks)
-            pairs.append(replace(pair, target=models.views[targets[0]].name))
-            if registration is None or not pair.verdict.reliable:
-                search.failed(source, targets)
-                continue
-            models.join(source, targets[0], registration.T_target_source)
-            graph = graph.with_edge(Edge.of(registration, view, target))
-            search.joined()
-            pipeline.revise(outcome(models, scores, pairs))
-        return graph
+    def withdraw(
+        self, models: PartialModels, judge: Judge, supported: Collection[int] = ()
+    ) -> list[int]:
+        """Withdraw every view that the evidence of its group contradicts; return which.
 
-    def consistent_join(
-        self,
-        models: PartialModels,
-        judge: Judge,
-        source: int,
-        target: int,
-        registration: Registration,
-        verdict: Verdict,
-    ) -> Verdict:
-        """The verdict, unless the views that move along with the source speak against it."""
-        moving = models.members(int(models.group[source]))
-        if not verdict.reliable or len(moving) == 1:
-            return verdict
-        staying = models.members(int(models.group[target]))
-        trial = models.copy()
-        trial.join(source, target, registration.T_target_source)
-        found = together(judge, trial.view_pairs(moving.tolist(), staying.tolist()))
-        if found.probability >= self.min_probability:
-            return verdict
-        reason = f"the other scans of the partial models contradict it: {found.reason}"
-        return replace(verdict, reliable=False, reason=reason)
-
-    def withdraw(self, models: PartialModels, judge: Judge) -> list[int]:
-        """Withdraw every view that the evidence of its group contradicts; return which."""
+        Of views that pairs in agreement `supported` less is asked.
+        """
+        least = dict.fromkeys(supported, LEAST_POOLED)
         withdrawn: list[int] = []
         for members in models.groups():
             left = waiting = members.tolist()
@@ -160,8 +109,10 @@ class BestFirst:
                     partial(error_probability, judge), [incident[k] for k in waiting]
                 )
                 error_probabilities.update(zip(waiting, weighed, strict=True))
-                worst = max(left, key=lambda k: error_probabilities[k])
-                if error_probabilities[worst] <= 1 - self.min_probability:
+                worst = max(
+                    left, key=lambda k: error_probabilities[k] + least.get(k, self.min_probability)
+                )
+                if error_probabilities[worst] <= 1 - least.get(worst, self.min_probability):
                     break
                 left = [k for k in left if k != worst]
                 waiting = [k for k in left if any(m in incident[worst] for m in incident[k])]
@@ -169,20 +120,3 @@ class BestFirst:
                 models.leave(worst)
                 withdrawn.append(worst)
         return withdrawn
-
-
-def outcome(models: PartialModels, scores: Array, pairs: Sequence[Pair]) -> Result:
-    """The result that partial models amount to: each in the frame of its most promising view."""
-    largest, *others = models.groups()
-    components = []
-    for members in (largest, *(one for one in others if len(one) > 1)):
-        inside = scores[np.ix_(members, members)].sum(axis=1)
-        first = int(members[int(inside.argmax())])
-        order = [first, *(int(k) for k in members if k != first)]
-        frame = se3.invert(models.poses[first])
-        poses = {models.views[k].name: frame @ models.poses[k] for k in order}
-        poses[models.views[first].name] = np.eye(4)
-        components.append(poses)
-    left = tuple(models.views[one[0]].name for one in others if len(one) == 1)
-    reference = next(iter(components[0]))
-    return Result(reference, components[0], left, tuple(pairs), components=tuple(components[1:]))

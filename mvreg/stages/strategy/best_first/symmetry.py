@@ -1,7 +1,8 @@
-"""Symmetry hypotheses: poses in which the source, rotated about an axis, fits about as well.
+"""Symmetry hypotheses: poses in which the source, turned or slid, fits about as well.
 
-A box fits itself turned by half a turn, a prism by less. A search that finds one of these poses may
-not have come across the others; so they are made, and refined, before the pose is relied on.
+A box fits itself turned by half a turn, a prism by less; a corridor or a row of windows fits itself
+slid along. A search that finds one of these poses may not have come across the others; so they are
+made, and refined, before the pose is relied on.
 """
 
 from __future__ import annotations
@@ -23,22 +24,31 @@ TURNS = (72.0, 120.0, 180.0)
 #: where exact scans count as if they fitted to a third of a resolution. The right pose of a box,
 #: with less overlap than a wrong one, had four times as much.
 AS_GOOD, FINEST = 10.0, 0.3
+#: Axes are settled if each has so many times as many normals as the one before. If not, some of the
+#: normals, so many, vote for those whose cosine with their own is larger.
+ALIKE, VOTERS, ALONG = 1.3, 300, 0.985
+#: The middle is that of the points but for this share at either end, which may be stray.
+STRAY = 0.02
+#: A view slides along an axis if its normals' mean squared share along it is less (a sphere has a
+#: third), in steps of so many spacings of the keypoints, in so many steps at most each way.
+WEAK, SLIDE, MOST_SLIDES = 0.2, 1.5, 12
 
 
 def symmetry_hypotheses(
     registration: Registration, source: View, target: View, refine: Refine
 ) -> Array:
-    """Poses in which the source, turned about the axes of what is seen, fits about as well.
+    """Poses in which the source, turned or slid on what is seen, fits about as well.
 
     The axes are those of the normals' scatter: of a box they are its edges. They meet in the middle
     of the extent of both views along them, which of a box seen from enough sides is its middle.
+    Slides are along the axis that fewest normals point along.
 
     Parameters
     ----------
     registration : Registration
     source, target : View
     refine : Refine
-        Refines the turned poses, on few points.
+        Refines these poses, on few points.
 
     Returns
     -------
@@ -48,7 +58,9 @@ def symmetry_hypotheses(
     if not len(source.points) or not len(target.points):
         return np.empty((0, 4, 4))
     pose = registration.T_target_source
-    starts = [turn @ pose for turn in _turns(source, target, pose)]
+    starts = [
+        motion @ pose for motion in (*_turns(source, target, pose), *_slides(source, target, pose))
+    ]
     _ = target.tree  # built once, before the threads ask for it
     for step, slack in (
         (COARSE_STEP, MAX_OBJECTIVE_RATIO),
@@ -66,14 +78,69 @@ def symmetry_hypotheses(
 
 def _turns(source: View, target: View, pose: Array) -> list[Array]:
     """Motions (4, 4) in the target's frame: every turn about every axis."""
+    points, _, axes = _seen(source, target, pose)
+    found = []
+    for frame in np.split(axes, len(axes) // 3):
+        low, high = np.quantile(points @ frame.T, [STRAY, 1 - STRAY], axis=0)
+        middle = (low + high) / 2 @ frame
+        for axis in frame:
+            for degrees in TURNS:
+                turn = se3.exp(np.concatenate([np.deg2rad(degrees) * axis, np.zeros(3)]))[:3, :3]
+                found.append(se3.from_parts(turn, middle - turn @ middle))
+    return found
+
+
+def _slides(source: View, target: View, pose: Array) -> list[Array]:
+    """Motions (4, 4) in the target's frame along the axis that normals hold least, if they do not.
+
+    So far apart that a refinement finds what is between two of them, and up to half of the extent.
+    """
+    points, normals, axes = _seen(source, target, pose)
+    weakest = axes[0]
+    if ((normals @ weakest) ** 2).mean() > WEAK:
+        return []
+    extent = float(np.ptp(points @ weakest)) / 2
+    step = max(SLIDE * source.scale.spacing, extent / MOST_SLIDES)
+    found = []
+    for shift in np.arange(step, extent, step):
+        for sign in (-1.0, 1.0):
+            found.append(se3.from_parts(np.eye(3), sign * shift * weakest))
+    return found
+
+
+def _seen(source: View, target: View, pose: Array) -> tuple[Array, Array, Array]:
+    """Points and normals of both views in the target's frame, and the axes of their normals.
+
+    Of the axes, see `_axes`, the first is that along which fewest normals point.
+    """
     points = np.concatenate([se3.apply(pose, source.points), target.points])
     normals = np.concatenate([source.normals @ pose[:3, :3].T, target.normals])
-    axes = np.linalg.eigh(normals.T @ normals)[1].T
-    along = points @ axes.T
-    middle = (along.min(axis=0) + along.max(axis=0)) / 2 @ axes
-    found = []
-    for axis in axes:
-        for degrees in TURNS:
-            turn = se3.exp(np.concatenate([np.deg2rad(degrees) * axis, np.zeros(3)]))[:3, :3]
-            found.append(se3.from_parts(turn, middle - turn @ middle))
-    return found
+    return points, normals, _axes(normals)
+
+
+def _axes(normals: Array) -> Array:
+    """Axes (3 or 6, 3), in rows, of the scatter of normals (N, 3): that of the fewest first.
+
+    Where two of them have about as many normals, as the ground and the walls of a yard, they may be
+    any; the three directions at right angles that most normals point along come besides.
+    """
+    values, vectors = np.linalg.eigh(normals.T @ normals)
+    if (values[1:] > ALIKE * values[:-1]).all():
+        return vectors.T
+    few = normals[:: max(1, len(normals) // VOTERS)]
+    near = np.abs(few @ few.T) > ALONG
+    first = _mean(few[near[near.sum(axis=1).argmax()]])
+    across = few[np.abs(few @ first) < np.sqrt(1 - ALONG**2)]
+    if not len(across):
+        return vectors.T
+    near = np.abs(across @ across.T) > ALONG
+    second = _mean(across[near[near.sum(axis=1).argmax()]])
+    second -= (second @ first) * first
+    second /= np.linalg.norm(second)
+    return np.concatenate([vectors.T, [first, second, np.cross(first, second)]])
+
+
+def _mean(normals: Array) -> Array:
+    """The mean direction (3,) of normals (N, 3) of any sign."""
+    direction: Array = np.linalg.eigh(normals.T @ normals)[1][:, -1]
+    return direction

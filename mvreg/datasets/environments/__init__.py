@@ -1,0 +1,1 @@
+"""Rooms, streets and desks that exist in code only, scanned by virtual instruments."""

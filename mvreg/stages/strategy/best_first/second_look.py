@@ -1,0 +1,79 @@
+"""A second look at an attempt that was refused: what evidence says of every pose that it found.
+
+Candidates are ranked by what refinement minimises, which a corridor or a low overlap misleads: a
+collapsed pose lets more points meet. Free space and normals tell such a pose from the right one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from mvreg.contracts import Judge, Pipeline
+from mvreg.evidence.pairing import view_pairs
+from mvreg.evidence.pooling import SUBSAMPLING
+from mvreg.parallel import in_threads
+from mvreg.stages.strategy.best_first.hypotheses import LEAST_PROBABILITY, Hypotheses
+from mvreg.stages.strategy.best_first.joint_verdict import together
+from mvreg.stages.strategy.best_first.symmetry import symmetry_hypotheses
+from mvreg.types import Array, Registration, View
+
+#: So many alternatives, the most probable ones on few points, are refined on all of them.
+MOST = 3
+
+
+def probability(
+    judge: Judge, source: View, target: View, T_target_source: Array, step: int = 1
+) -> float:
+    """How probable a pose is by itself, on every n-th of the sampled points."""
+    return together(judge, view_pairs(source, target, T_target_source, step)).probability
+
+
+def looked_at_again(
+    pipeline: Pipeline,
+    registration: Registration,
+    source: View,
+    target: View,
+    index: int,
+    hypotheses: Hypotheses,
+) -> tuple[list[Registration], list[float]]:
+    """The poses of an attempt that may be right, refined, and how probable each is by itself.
+
+    Parameters
+    ----------
+    pipeline : Pipeline
+    registration : Registration
+        What was refused, with its alternatives.
+    source, target : View
+    index : int
+        Of the source among all views.
+    hypotheses : Hypotheses
+        Says which poses differ.
+
+    Returns
+    -------
+    found : list of Registration
+        That of the attempt first; then others, and those that a symmetry of the most probable of
+        them allows. They differ.
+    probabilities : list of float
+    """
+    judge, refine = pipeline.judge, pipeline.refine
+
+    def rough(pose: Array) -> float:
+        return probability(judge, source, target, pose, SUBSAMPLING)
+
+    others = hypotheses.different(
+        index, [registration.T_target_source, *registration.alternatives]
+    )[1:]
+    first = np.array(in_threads(rough, others))
+    order = [k for k in np.argsort(-first, kind="stable")[:MOST] if first[k] >= LEAST_PROBABILITY]
+    found = [registration, *(refine(source, target, others[k]) for k in order)]
+    likely = [probability(judge, source, target, one.T_target_source) for one in found]
+    best = int(np.argmax(likely))
+    if likely[best] >= LEAST_PROBABILITY:
+        alike = symmetry_hypotheses(found[best], source, target, refine)
+        found += [replace(found[best], T_target_source=pose) for pose in alike]
+        likely += [probability(judge, source, target, pose) for pose in alike]
+    kept = hypotheses.distinct(index, [one.T_target_source for one in found])
+    return [found[k] for k in kept], [likely[k] for k in kept]

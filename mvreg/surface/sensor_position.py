@@ -1,0 +1,172 @@
+"""Estimate from a scan's points alone where its sensor stood, if its rays met in one point.
+
+A camera or a scanner on a tripod samples the directions about it evenly, so that its points are the
+denser the nearer they are and the more the surface faces it: density times ``r^2 / |n . u|`` is
+constant, with the distance r and the direction u to the right position. The logarithm of that is
+fitted by iterated least squares, from many positions in and around the scan.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mvreg.geometry.nearest import build_tree, neighbours_of
+from mvreg.types import Array, Scan
+
+#: Points that may hide each other, the cells of the picture (angular spacings of the points), and
+#: how much farther a point is than another of its cell that hides it (cells).
+HIDING_POINTS, CELL, DEPTH = 4000, 2.5, 5.0
+#: Points asked for their density, and neighbours that tell it.
+MOST_POINTS, NEIGHBOURS = 1500, 24
+#: Fewer points say nothing.
+FEWEST = 100
+#: Neighbours' mean nearer than this share of their reach: not at a border.
+INNER = 0.25
+#: Cosines of the incidence are taken for this at least.
+LEAST_COSINE = 0.05
+#: Positions tried: a grid of so many along each axis of the scan, and directions on shells, in
+#: lengths of the scan, about its middle; by every n-th point first.
+GRID, MARGIN, DIRECTIONS, SHELLS, ROUGH = 6, 0.3, 100, (0.7, 1.2, 2.5), 300
+#: So many of them, so far from each other (lengths of the scan), are refined, in so many steps.
+STARTS, APART, STEPS = 4, 0.15, 25
+
+
+@dataclass(frozen=True, eq=False)
+class Sampled:
+    """Points (P, 3) of a scan, their normals (P, 3) of any sign and log densities (P,)."""
+
+    points: Array
+    normals: Array
+    density: Array
+
+
+def sampled(scan: Scan) -> Sampled | None:
+    """Points of a scan, evenly from its list, with their densities; None for too few."""
+    from mvreg.kernels.moments import normals as plane_normals
+
+    count = min(NEIGHBOURS, len(scan.points) - 1)
+    if count < NEIGHBOURS:
+        return None
+    step = max(1, len(scan.points) // MOST_POINTS)
+    points = scan.points[step // 2 :: step]
+    distances, indices = neighbours_of(scan.tree, points, count + 1)
+    reach = distances[:, -1]
+    shift = np.linalg.norm(scan.points[indices].mean(axis=1) - points, axis=1)
+    inner = (shift < INNER * reach) & (reach > 0)
+    if inner.sum() < FEWEST:
+        return None
+    chosen = points[inner]
+    return Sampled(chosen, plane_normals(scan.tree, chosen, 20), -2 * np.log(reach[inner]))
+
+
+def spread(residuals: Array) -> Array:
+    """Median absolute deviation along the last axis."""
+    middle = np.median(residuals, axis=-1, keepdims=True)
+    found: Array = np.median(np.abs(residuals - middle), axis=-1)
+    return found
+
+
+def residuals(positions: Array, own: Sampled) -> Array:
+    """What densities are more than positions (..., 3) explain, in logarithms (..., P)."""
+    away = positions[..., None, :] - own.points
+    squared = np.maximum((away**2).sum(axis=-1), np.finfo(float).tiny)
+    cosines = np.abs((away * own.normals).sum(axis=-1)) / np.sqrt(squared)
+    found: Array = own.density - np.log(np.maximum(cosines, LEAST_COSINE)) + np.log(squared)
+    return found
+
+
+def position(own: Sampled) -> tuple[Array, float]:
+    """The position (3,) that explains the densities best, and the spread that it leaves."""
+    starts, length = _starts(own)
+    found = [_refined(start, own, length) for start in starts]
+    return min(found, key=lambda one: one[1])
+
+
+def _starts(own: Sampled) -> tuple[Array, float]:
+    """Positions (S, 3) to begin from, the best of many, and the scan's length."""
+    middle = own.points.mean(axis=0)
+    axes = np.linalg.eigh((own.points - middle).T @ (own.points - middle))[1]
+    axes = axes * np.where(((((own.points - middle) @ axes) ** 3).sum(axis=0)) < 0, -1.0, 1.0)
+    along = (own.points - middle) @ axes
+    low, high = np.quantile(along, [0.05, 0.95], axis=0)
+    length = float(np.linalg.norm(high - low)) or 1.0
+    lines = [
+        np.linspace(a - MARGIN * (b - a), b + MARGIN * (b - a), GRID)
+        for a, b in zip(low, high, strict=True)
+    ]
+    grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 3)
+    index = np.arange(DIRECTIONS) + 0.5
+    angle, height = np.pi * (1 + np.sqrt(5)) * index, 1 - 2 * index / DIRECTIONS
+    flat = np.sqrt(1 - height**2)
+    around = np.stack([flat * np.cos(angle), flat * np.sin(angle), height], axis=1)
+    tried = np.concatenate([grid, *(shell * length * around for shell in SHELLS)]) @ axes.T + middle
+    few = slice(None, None, max(1, len(own.points) // ROUGH))
+    rough = Sampled(own.points[few], own.normals[few], own.density[few])
+    order = tried[np.argsort(spread(residuals(tried, rough)), kind="stable")]
+    kept: list[Array] = []
+    for one in order[: 10 * STARTS]:
+        if all(np.linalg.norm(one - other) > APART * length for other in kept):
+            kept.append(one)
+        if len(kept) == STARTS:
+            break
+    return np.array(kept), length
+
+
+def _refined(start: Array, own: Sampled, length: float) -> tuple[Array, float]:
+    """A position after damped steps of Gauss-Newton with the weights of Geman and McClure."""
+    here, best = start, float(spread(residuals(start, own)))
+    found = start
+    damping = 1e-2
+    for _ in range(STEPS):
+        rest = residuals(here, own)
+        rest = rest - np.median(rest)
+        scale = 2 * float(spread(rest)) + 1e-9
+        weights = 1 / (1 + (rest / scale) ** 2) ** 2
+        jacobian = _jacobian(here, own) * length
+        jacobian = jacobian - (weights @ jacobian) / weights.sum()  # the factor is free
+        normal = jacobian.T @ (weights[:, None] * jacobian)
+        step = np.linalg.solve(
+            normal + damping * np.trace(normal) / 3 * np.eye(3), jacobian.T @ (weights * rest)
+        )
+        step *= min(1.0, 0.3 / max(float(np.linalg.norm(step)), 1e-12))
+        here = here - step * length
+        left = float(spread(residuals(here, own)))
+        if left < best:
+            found, best = here, left
+        if np.linalg.norm(step) < 1e-3:
+            break
+    return found, best
+
+
+def _jacobian(position: Array, own: Sampled) -> Array:
+    """Derivatives (P, 3) of `residuals` by the position."""
+    away = position - own.points
+    squared = np.maximum((away**2).sum(axis=1, keepdims=True), np.finfo(float).tiny)
+    facing = (away * own.normals).sum(axis=1, keepdims=True)
+    steep = np.abs(facing) < LEAST_COSINE * np.sqrt(squared)
+    slope = np.where(steep, 0.0, own.normals / np.where(facing == 0, 1.0, facing))
+    found: Array = -slope + np.where(steep, 2.0, 3.0) * away / squared
+    return found
+
+
+def hidden_from(points: Array, position: Array) -> float:
+    """Share of the points (N, 3) that others hide from a sensor at a position (3,).
+
+    The picture is on the six sides of a cube about the position.
+    """
+    away = points[:: max(1, -(-len(points) // HIDING_POINTS))] - position
+    ranges = np.maximum(np.linalg.norm(away, axis=1), np.finfo(float).tiny)
+    rays = away / ranges[:, None]
+    cell = CELL * float(np.median(neighbours_of(build_tree(rays), rays, 2)[0][:, 1])) or 1e-9
+    axis = np.abs(rays).argmax(axis=1)
+    rows = np.arange(len(rays))
+    front = rays[rows, axis]
+    across = np.stack([rays[rows, (axis + k) % 3] / np.abs(front) for k in (1, 2)], axis=1)
+    cells = np.column_stack([2 * axis + (front > 0), np.floor(across / cell)]).astype(np.int64)
+    _, pixel = np.unique(cells, axis=0, return_inverse=True)
+    pixel = pixel.ravel()
+    nearest = np.full(int(pixel.max()) + 1, np.inf)
+    np.minimum.at(nearest, pixel, ranges)
+    return float((ranges - nearest[pixel] > DEPTH * cell * ranges).mean())
