@@ -23,6 +23,8 @@ from mvreg.types import Array
 LEAST_PROBABILITY = 0.1
 #: No single pair is taken for more certain than this: its evidence may repeat itself elsewhere.
 MOST_PROBABILITY = 0.95
+#: Nor is a pose beside others of the same pair: odds are a thousand at most.
+LEAST_DOUBT = 1e-3
 #: Poses agree if they put the points of a view so near each other (RMS, in resolutions), times the
 #: root of the number of pairs in the loop.
 TOLERANCE = 4.0
@@ -56,9 +58,8 @@ class Hypotheses:
     ) -> list[Hypothesis]:
         """Keep the poses of one attempt, of which one at most is right, as far as probable."""
         kept = []
-        odds = np.array([min(p, MOST_PROBABILITY) for p in probabilities])
-        odds = odds / (1 - odds)
-        shares = odds / (1 + odds.sum())
+        odds = np.array([p / max(1 - p, LEAST_DOUBT) for p in probabilities])
+        shares = np.minimum(odds / (1 + odds.sum()), MOST_PROBABILITY)
         for k, (pose, share) in enumerate(zip(poses, shares, strict=True)):
             if share >= LEAST_PROBABILITY:
                 rival = np.delete(shares, k).max(initial=0.0) >= RIVAL * share
