@@ -1,0 +1,56 @@
+"""A second look at a refused attempt finds the pose that evidence prefers."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from mvreg.geometry import se3
+from mvreg.run import load_method
+from mvreg.stages.strategy.best_first.hypotheses import Hypotheses
+from mvreg.stages.strategy.best_first.partial_models import PartialModels
+from mvreg.stages.strategy.best_first.second_look import looked_at_again, probability
+from mvreg.testing import blob_scans, blob_views
+
+VIEWS = blob_views(3)
+PIPELINE = load_method("auto").pipeline
+
+
+def true():
+    truth = blob_scans(3).poses
+    return se3.invert(truth[VIEWS[0].name]) @ truth[VIEWS[1].name]
+
+
+def attempt(*alternatives):
+    """A wrong registration of the second view to the first, with other poses beside it."""
+    wrong = se3.exp(np.array([0, 0, 2.0, 0, 0, 0])) @ true()
+    found = PIPELINE.refine(VIEWS[1], VIEWS[0], wrong)
+    return replace(found, T_target_source=wrong, alternatives=np.array(alternatives))
+
+
+def look(registration):
+    known = Hypotheses(PartialModels(VIEWS))
+    return looked_at_again(PIPELINE, registration, VIEWS[1], VIEWS[0], 1, known)
+
+
+def test_the_right_pose_among_the_alternatives_is_found():
+    near = se3.exp(np.array([0.03, 0, 0, 0, 0, 0])) @ true()
+    found, likely = look(attempt(near))
+    best = int(np.argmax(likely))
+    assert best > 0 and likely[best] > 0.95
+    assert np.rad2deg(se3.rotation_angle(found[best].T_target_source, true())) < 2
+    assert (
+        likely[0] == probability(PIPELINE.judge, VIEWS[1], VIEWS[0], found[0].T_target_source) < 0.5
+    )
+
+
+def test_poses_that_are_alike_are_looked_at_once():
+    found, likely = look(attempt(true(), true(), true()))
+    assert len(found) == len(likely)
+    apart = [se3.rotation_angle(one.T_target_source, true()) for one in found]
+    assert sum(np.rad2deg(angle) < 2 for angle in apart) == 1
+
+
+def test_what_contradicts_the_surfaces_is_not_refined():
+    wrongs = [se3.exp(np.array([0, k, 0.5, 0, 0, 0])) @ true() for k in (1.0, 2.0, 3.0)]
+    found, likely = look(attempt(*wrongs))
+    assert len(found) == 1 and likely[0] < 0.5
