@@ -67,7 +67,7 @@ def assess(result: Result, views: Given | None = None) -> Assessment:
     prepared = _prepared(result, views)
     models = (result.poses, *result.components)
     parts = [
-        ComponentEvidence.of(number, poses, prepared)
+        ComponentEvidence.of(number, poses, prepared, result.pairs)
         for number, poses in enumerate(models, start=1)
     ]
     tolerance = _tolerance(parts)
@@ -167,10 +167,11 @@ def _scan(
     strength = axis_strength(view.normals[sampled(view)][in_contact])
     near = [contact.heights <= tolerance * surface_spacing(contact.target) for contact in own]
     coverage, inlier_ratio = float(in_contact.mean()), float(np.concatenate(near).mean())
-    known = None if evidence.ambiguous else evidence.probability
+    confidence = part.confidence(view.name)
+    known = None if evidence.ambiguous else confidence
     colour = grade(known, coverage, inlier_ratio, min(strength))
     return ScanAssessment(
-        view.name, part.number, colour, evidence.probability, evidence.reason, coverage,
+        view.name, part.number, colour, confidence, evidence.reason, coverage,
         inlier_ratio,
         _rms(own), strength, uncertainty,
     )  # fmt: skip

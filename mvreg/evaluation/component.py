@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from mvreg.evaluation.grade import AMBER_CONFIDENCE
+from mvreg.evidence.calibration import LOOP, in_a_loop
 from mvreg.evidence.pooled import Evidence, ViewPair, pool_evidence
 from mvreg.geometry import se3
 from mvreg.parallel import in_threads
 from mvreg.surface.contact import Contact, contacts
-from mvreg.types import Array, View
+from mvreg.types import Array, Pair, View
 
 #: Names of source and target.
 Names = tuple[str, str]
@@ -36,6 +37,8 @@ class ComponentEvidence:
         By all view pairs of a scan, except those with misplaced scans.
     misplaced : set of str
         Scans whose poses the evidence contradicts.
+    looped : set of str
+        Scans that independent pairs hold which agree with each other.
     """
 
     number: int
@@ -45,17 +48,28 @@ class ComponentEvidence:
     view_pairs: Mapping[Names, ViewPair]
     evidence: Mapping[str, Evidence]
     misplaced: frozenset[str]
+    looped: frozenset[str]
 
     @classmethod
     def of(
-        cls, number: int, poses: Mapping[str, Array], views: Sequence[View]
+        cls,
+        number: int,
+        poses: Mapping[str, Array],
+        views: Sequence[View],
+        pairs: Sequence[Pair] = (),
     ) -> ComponentEvidence:
-        """Weigh the poses of one partial model."""
+        """Weigh the poses of one partial model, given the pairs that were registered."""
         placed = [view for view in views if view.name in poses]
         found = contacts(poses, placed)
         view_pairs = _view_pairs(found, poses)
-        evidence, misplaced = _evidence_by_scan([view.name for view in placed], view_pairs)
-        return cls(number, poses, placed, found, view_pairs, evidence, frozenset(misplaced))
+        names = [view.name for view in placed]
+        looped = in_loops(pairs, names)
+        evidence, misplaced = _evidence_by_scan(names, view_pairs, looped)
+        return cls(number, poses, placed, found, view_pairs, evidence, frozenset(misplaced), looped)
+
+    def confidence(self, name: str) -> float:
+        """The probability that a scan is where it should be; loops that hold it count."""
+        return confidence(self.evidence[name], name in self.looped)
 
     def contacts_of(self, name: str) -> list[Contact]:
         """Contacts of one scan; without misplaced neighbours, if there are others."""
@@ -77,7 +91,7 @@ def _view_pairs(found: Sequence[Contact], poses: Mapping[str, Array]) -> dict[Na
 
 
 def _evidence_by_scan(
-    names: Sequence[str], view_pairs: Mapping[Names, ViewPair]
+    names: Sequence[str], view_pairs: Mapping[Names, ViewPair], looped: frozenset[str]
 ) -> tuple[dict[str, Evidence], set[str]]:
     """The evidence for every scan by all its neighbours, and the misplaced scans.
 
@@ -92,7 +106,7 @@ def _evidence_by_scan(
     answers = in_threads(pool_evidence, [pool(name, set()) for name in names])
     weighed = dict(zip(names, answers, strict=True))
     misplaced: set[str] = set()
-    while red := [n for n in names if n not in misplaced and _is_red(weighed[n])]:
+    while red := [n for n in names if n not in misplaced and _is_red(weighed[n], n in looped)]:
         worst = min(red, key=lambda name: weighed[name].probability)
         misplaced.add(worst)
         met = {name for pair in view_pairs if worst in pair for name in pair} - misplaced
@@ -103,5 +117,21 @@ def _evidence_by_scan(
     return weighed, misplaced
 
 
-def _is_red(evidence: Evidence) -> bool:
-    return evidence.ambiguous or evidence.probability < AMBER_CONFIDENCE
+def in_loops(pairs: Sequence[Pair], names: Collection[str]) -> frozenset[str]:
+    """Scans of reliable pairs that others agree with, both of them among the `names`."""
+    return frozenset(
+        name
+        for pair in pairs
+        if pair.verdict.reliable and LOOP in pair.verdict.evidence
+        if pair.source in names and pair.target in names
+        for name in (pair.source, pair.target)
+    )
+
+
+def confidence(evidence: Evidence, looped: bool) -> float:
+    """The probability of a pose by its evidence, and by the loop that holds it."""
+    return in_a_loop(evidence.probability) if looped else evidence.probability
+
+
+def _is_red(evidence: Evidence, looped: bool) -> bool:
+    return evidence.ambiguous or confidence(evidence, looped) < AMBER_CONFIDENCE

@@ -20,6 +20,12 @@ WEIGHTS: dict[str, tuple[float, ...]] = {
     "estimated": (2.86, 0.50, -1.34, -1.10, 0.25, -2.80, -0.50),
     "none": (1.89, 0.50, -1.32, -3.30, 0.25, 0.00, -1.39),
 }
+#: The probability that a wrong pose agrees with what the other pairs of a loop say: wrong ones agree
+#: more often than by chance alone, since rooms and streets repeat themselves.
+LOOP_CHANCE = 0.2
+#: The name in `mvreg.types.Verdict.evidence` of the probability that the loop is right which made a
+#: pair reliable.
+LOOP = "loop_probability"
 #: Shares are kept so far from 0 and 1, so that logarithms stay finite.
 LEAST_SHARE = 0.005
 #: More is no further evidence, and excuses no misfit: slides along smooth surfaces have as much.
@@ -70,3 +76,9 @@ def probability(values: Array, sensor: str) -> float:
 def _logit(share: float) -> float:
     share = min(max(share, LEAST_SHARE), 1 - LEAST_SHARE)
     return float(np.log(share / (1 - share)))
+
+
+def in_a_loop(probability: float) -> float:
+    """The probability of a pose, given that an independent pair agrees with it."""
+    right, wrong = probability, (1 - probability) * LOOP_CHANCE
+    return right / (right + wrong)

@@ -8,8 +8,10 @@ import pytest
 import mvreg
 from mvreg.errors import InputError
 from mvreg.evaluation.assess import TOLERANCE, assess
+from mvreg.evaluation.component import in_loops
 from mvreg.evaluation.grade import Grade, grade
 from mvreg.evaluation.records import Uncertainty
+from mvreg.evidence.calibration import LOOP, in_a_loop
 from mvreg.evidence.pooled import pool_evidence
 from mvreg.geometry import se3
 from mvreg.run import Method
@@ -24,7 +26,7 @@ from mvreg.testing.views import (
     scaled_pose,
     scaled_view,
 )
-from mvreg.types import Result
+from mvreg.types import Pair, Result, Verdict
 
 
 def truth() -> dict[str, np.ndarray]:
@@ -106,7 +108,7 @@ def test_an_ambiguous_pose_is_red_however_good_all_else_is(monkeypatch):
     monkeypatch.setattr(
         "mvreg.evaluation.component.pool_evidence", lambda pairs: Doubtful(pool_evidence(pairs))
     )
-    monkeypatch.setattr("mvreg.evaluation.component._is_red", lambda evidence: False)
+    monkeypatch.setattr("mvreg.evaluation.component._is_red", lambda *_: False)
     found = assess(result(), blob_views()).scans["blob_1"]
     assert found.confidence > 0.95 and found.grade is Grade.red
 
@@ -380,3 +382,16 @@ def test_the_frame_of_a_scan_turns_its_strength_only():
     x, y, z = before.strength
     assert after.strength == pytest.approx((y, z, x), abs=1e-3)
     assert after.inlier_ratio == pytest.approx(before.inlier_ratio, abs=0.01)
+
+
+def test_a_loop_that_holds_a_scan_raises_its_confidence():
+    """Five to one: wrong pairs agree in a fifth."""
+    assert in_a_loop(0.5) == pytest.approx(5 / 6)
+    assert in_a_loop(0.0) == 0 and in_a_loop(1.0) == 1
+    verdict = Verdict(True, 0.1, 0.05, "agrees", 0.97, {LOOP: 0.97})
+    pair = Pair("a", "b", verdict, np.eye(4), 0.5, 0.0)
+    assert in_loops([pair], ["a", "b", "c"]) == {"a", "b"}
+    assert in_loops([pair], ["a", "c"]) == frozenset()  # of two partial models
+    alone = replace(pair, verdict=replace(verdict, evidence={}))
+    refused = replace(pair, verdict=replace(verdict, reliable=False))
+    assert in_loops([alone, refused], ["a", "b"]) == frozenset()

@@ -8,11 +8,12 @@ from itertools import combinations
 
 import numpy as np
 
+from mvreg.evidence.calibration import LOOP_CHANCE
 from mvreg.types import Array
 
 #: The probability that a wrong pose agrees with what the other pairs of a loop say; and of one that
 #: has a rival at least half as probable, as slides along a corridor have: those agree more often.
-CHANCE, CHANCE_OF_RIVALS, RIVAL = 0.2, 0.5, 0.5
+CHANCE, CHANCE_OF_RIVALS, RIVAL = LOOP_CHANCE, 0.5, 0.5
 #: Pairs between two groups, the best two of them, must be as probable by themselves. In offices,
 #: whose rooms are nearly symmetric, wrong pairs that agree have 0.35 at most.
 LEAST_LIKELY = 0.5

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from mvreg.contracts import Pipeline
+from mvreg.evidence.calibration import LOOP
 from mvreg.stages.strategy.best_first.agreement import Agreement
 from mvreg.stages.strategy.best_first.closing import closing_pair
 from mvreg.stages.strategy.best_first.hypotheses import Hypotheses
@@ -152,6 +153,7 @@ class Growth:
                 verdict = replace(
                     pair.verdict, reliable=True, reason="other pairs agree with it",
                     confidence=max(certainty, pair.verdict.confidence or 0.0),
+                    evidence={**pair.verdict.evidence, LOOP: certainty},
                 )  # fmt: skip
                 self.pairs[edge.attempt] = replace(
                     pair, verdict=verdict, T_target_source=edge.T_target_source
