@@ -20,8 +20,8 @@ WEIGHTS: dict[str, tuple[float, ...]] = {
     "estimated": (2.86, 0.50, -1.34, -1.10, 0.25, -2.80, -0.50),
     "none": (1.89, 0.50, -1.32, -3.30, 0.25, 0.00, -1.39),
 }
-#: The probability that a wrong pose agrees with what the other pairs of a loop say: wrong ones agree
-#: more often than by chance alone, since rooms and streets repeat themselves.
+#: The probability that a wrong pose agrees with what the other pairs of a loop say: they do so more
+#: often than by chance alone, since rooms and streets repeat themselves.
 LOOP_CHANCE = 0.2
 #: The name in `mvreg.types.Verdict.evidence` of the probability that the loop is right which made a
 #: pair reliable.
