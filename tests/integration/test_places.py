@@ -57,3 +57,11 @@ def test_two_rooms_of_one_kind_stay_apart():
     of = {scan.name: k for k, (one, _) in enumerate(both) for scan in one.scans}
     for poses in (result.poses, *result.components):
         assert len({of[name] for name in poses}) == 1
+
+
+@pytest.mark.parametrize("shape", ["box", "plate"])
+def test_symmetric_things_are_ambiguous_never_wrong(shape):
+    """A pose that can slide is a rival of one that cannot: the right one may be of either kind."""
+    scans = mvreg.dataset("figurine", shape=shape, rng=0, scramble=True, order="shuffle")
+    result = mvreg.register(scans)
+    assert len(result.poses) == 1 and not result.components

@@ -137,7 +137,7 @@ class Growth:
         trial = models.copy()
         trial.join(source, target, registration.T_target_source)
         found = together(self.pipeline.judge, trial.view_pairs(moving.tolist(), staying.tolist()))
-        if found.probability >= self.min_probability:
+        if found.plausibility >= self.min_probability:
             return verdict
         reason = f"the other scans of the partial models contradict it: {found.reason}"
         return replace(verdict, reliable=False, reason=reason)

@@ -26,10 +26,15 @@ Check = Callable[[Registration, Verdict], Verdict]
 
 @dataclass(frozen=True)
 class Together:
-    """The `probability` that several view pairs are all right, and what speaks against it."""
+    """The `probability` that several view pairs are all right, and what speaks against it.
+
+    `plausibility` is the same, whether or not they can slide together: what can slide contradicts
+    nothing.
+    """
 
     probability: float
     reason: str
+    plausibility: float
 
 
 def together(judge: Judge, pairs: Sequence[ViewPair]) -> Together:
@@ -41,15 +46,16 @@ def together(judge: Judge, pairs: Sequence[ViewPair]) -> Together:
     """
     if isinstance(judge, JointJudge):
         evidence = judge.together(pairs)
-        return Together(evidence.probability, evidence.reason)
+        return Together(evidence.probability, evidence.reason, evidence.plausibility)
     asked = [one for one in in_threads(overlapping, pairs) if one is not None]
     if not asked:
-        return Together(1.0, "nothing overlaps enough to be judged")
+        return Together(1.0, "nothing overlaps enough to be judged", 1.0)
     verdicts = [judge(found, pair.source, pair.target, ViewGraph()) for pair, found in asked]
     weights = np.array([len(found.pairs) for _, found in asked], dtype=float)
     reliable = np.array([verdict.reliable for verdict in verdicts])
     worst = verdicts[int(np.where(reliable, -1.0, weights).argmax())]
-    return Together(float(weights[reliable].sum() / weights.sum()), worst.reason)
+    share = float(weights[reliable].sum() / weights.sum())
+    return Together(share, worst.reason, share)
 
 
 def overlapping(pair: ViewPair) -> tuple[ViewPair, Registration] | None:

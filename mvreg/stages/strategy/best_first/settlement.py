@@ -69,7 +69,7 @@ class Settlement:
         for index, label in enumerate(groups[:-1]):
             later: Indices = np.flatnonzero(np.isin(before, groups[index + 1 :]))
             crossing += trial.view_pairs(np.flatnonzero(before == label).tolist(), later.tolist())
-        if together(self.judge, crossing).probability < LEAST_POOLED:
+        if together(self.judge, crossing).plausibility < LEAST_POOLED:
             self.refused.add(key)
             return False
         for edge in agreement.edges:
