@@ -83,10 +83,10 @@ class Environment(ScanSource):
         InputError
             If a scan has no point.
         """
-        scene, instrument = self.scene(), self._instrument()
+        (scene, stations), instrument = self._set_up(rng), self._instrument()
         poses: dict[str, Array] = {}
         scans: list[Scan] = []
-        for index, pose in enumerate(self._stations(rng)):
+        for index, pose in enumerate(stations):
             name = f"{self.name}_{index:02d}"
             scans.append(Scan(name, instrument(scene, pose, rng), view_point=np.zeros(3)))
             poses[name] = pose
@@ -95,6 +95,9 @@ class Environment(ScanSource):
     def _instrument(self) -> Instrument:
         raise NotImplementedError
 
-    def _stations(self, rng: np.random.Generator) -> list[Array]:
-        """Poses ``T_world_scan`` (4, 4) of the instrument, neighbours one after the other."""
+    def _set_up(self, rng: np.random.Generator) -> tuple[Scene, list[Array]]:
+        """What is scanned, and from where.
+
+        Poses ``T_world_scan`` (4, 4) of the instrument, neighbours one after the other.
+        """
         raise NotImplementedError

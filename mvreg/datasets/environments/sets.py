@@ -45,8 +45,9 @@ class Stationary(Environment):
     def _instrument(self) -> Instrument:
         return Panorama(**_settings(self), error=PHASE_SCANNER, lowest=-60, highest=85)
 
-    def _stations(self, rng: np.random.Generator) -> list[Array]:
-        return self.site().tripods(self.scans, rng)
+    def _set_up(self, rng: np.random.Generator) -> tuple[Scene, list[Array]]:
+        site = self.site()
+        return site.scene, site.tripods(self.scans, rng)
 
 
 @dataclass(frozen=True)
@@ -108,8 +109,9 @@ class Street(Environment):
     def _instrument(self) -> Instrument:
         return RotatingLidar(**_settings(self), error=TIME_OF_FLIGHT)
 
-    def _stations(self, rng: np.random.Generator) -> list[Array]:
-        return self._street().drive(self.scans, rng)
+    def _set_up(self, rng: np.random.Generator) -> tuple[Scene, list[Array]]:
+        driven = self._street()
+        return driven.scene, driven.drive(self.scans, rng)
 
 
 @dataclass(frozen=True)
@@ -132,10 +134,10 @@ class Desk(Environment):
     def _instrument(self) -> Instrument:
         return DepthCamera(**_settings(self), error=STRUCTURED_LIGHT)
 
-    def _stations(self, rng: np.random.Generator) -> list[Array]:
+    def _set_up(self, rng: np.random.Generator) -> tuple[Scene, list[Array]]:
         from mvreg.datasets.environments.desk import around
 
-        return around(self.scans, rng)
+        return self.scene(), around(self.scans, rng)
 
 
 def _settings(dataset: Environment) -> dict[str, Any]:
