@@ -23,6 +23,7 @@ from mvreg.geometry import se3
 from mvreg.stages.strategy.best_first import settlement
 from mvreg.stages.strategy.best_first.agreement import Agreement, against
 from mvreg.stages.strategy.best_first.hypotheses import Hypotheses
+from mvreg.surface.displacement import rms_apart
 from mvreg.types import Array
 
 ANGLE, SHIFT = 5.0, 10.0
@@ -35,8 +36,7 @@ def is_right(agreement: Agreement, known: Hypotheses, truth: Mapping[str, Array]
     for edge in (edge for bundle in agreement.bundles for edge in bundle.members):
         source, target = views[edge.source], views[edge.target]
         true = se3.invert(truth[target.name]) @ truth[source.name]
-        gap = se3.apply(true, source.points) - se3.apply(edge.T_target_source, source.points)
-        apart = float(np.sqrt((gap**2).sum(axis=1).mean())) / source.scale.resolution
+        apart = rms_apart(source.points, true, edge.T_target_source) / source.scale.resolution
         angle = np.rad2deg(se3.rotation_angle(true, edge.T_target_source))
         if angle > ANGLE or apart > SHIFT:
             return False

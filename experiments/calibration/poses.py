@@ -22,8 +22,8 @@ from experiments.calibration.raw_pairs import LEAST
 from experiments.calibration.scenes import Scene, pairs_of, scene
 from mvreg.geometry import se3
 from mvreg.geometry.nearest import nearest
-from mvreg.stages.judge.evidence import distance
 from mvreg.stages.strategy.best_first.symmetry import symmetry_hypotheses
+from mvreg.surface.displacement import rms_apart
 from mvreg.types import Array, Registration, View, ViewGraph
 
 #: What is right: degrees, mm, resolutions of scans in metres.
@@ -122,7 +122,7 @@ def same(source: View, first: Array, second: Array) -> bool:
     """Whether two poses of a source are one."""
     if np.rad2deg(se3.rotation_angle(first, second)) > ANGLE:
         return False
-    return distance(source, first, second) <= SAME * source.scale.resolution
+    return rms_apart(source.points, first, second) <= SAME * source.scale.resolution
 
 
 def slide(

@@ -29,6 +29,12 @@ def farthest(
     return max(moves)
 
 
+def rms_apart(points: Array, first: Array, second: Array) -> float:
+    """How far apart two poses (4, 4) put points (N, 3): root mean square, a length; 0 for none."""
+    gaps = se3.apply(first, points) - se3.apply(second, points)
+    return float(np.sqrt((gaps**2).sum(axis=1).mean())) if len(gaps) else 0.0
+
+
 def fixes_pose(points: Array) -> bool:
     """Whether points (N, 3) have a pose: not fewer than three, and not all on a line."""
     if len(points) < 3:

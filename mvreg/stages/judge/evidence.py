@@ -12,6 +12,7 @@ from mvreg.evidence.pairing import view_pairs
 from mvreg.evidence.pooled import CONSISTENT, Evidence, ViewPair, pool_evidence
 from mvreg.evidence.pooling import SUBSAMPLING
 from mvreg.geometry import se3
+from mvreg.surface.displacement import rms_apart
 from mvreg.types import Array, Registration, Verdict, View, ViewGraph
 
 #: An alternative is evaluated on a subsample first. If it is less probable than this share of what
@@ -26,12 +27,6 @@ CLEARLY = 100.0
 def odds(probability: float) -> float:
     """The odds of a probability; a thousand million at most."""
     return probability / max(1 - probability, 1e-9)
-
-
-def distance(source: View, first: Array, second: Array) -> float:
-    """How far apart two poses put the source's points (RMS, length)."""
-    gaps = se3.apply(first, source.points) - se3.apply(second, source.points)
-    return float(np.sqrt((gaps**2).sum(axis=1).mean())) if len(gaps) else 0.0
 
 
 @dataclass(frozen=True)
@@ -136,7 +131,7 @@ class EvidenceJudge:
         if loop is None:
             return True
         allowed = self.loop_tolerance * source.scale.resolution * np.sqrt(loop.steps + 1)
-        return bool(distance(source, registration.T_target_source, loop.motion) <= allowed)
+        return bool(rms_apart(source.points, registration.T_target_source, loop.motion) <= allowed)
 
     def best_alternative(self, registration: Registration, source: View, target: View) -> float:
         """The probability of the best of the clearly different poses, taken by itself."""
@@ -164,5 +159,5 @@ class EvidenceJudge:
             alternative
             for alternative in registration.alternatives
             if np.rad2deg(se3.rotation_angle(alternative, pose)) > self.alternative_angle
-            or distance(source, alternative, pose) > apart
+            or rms_apart(source.points, alternative, pose) > apart
         ]

@@ -9,7 +9,8 @@ from mvreg.errors import InputError
 from mvreg.evidence.pooled import pool_evidence
 from mvreg.evidence.pooling import SUBSAMPLING
 from mvreg.geometry import se3
-from mvreg.stages.judge.evidence import EvidenceJudge, distance, view_pairs
+from mvreg.stages.judge.evidence import EvidenceJudge, view_pairs
+from mvreg.surface.displacement import rms_apart
 from mvreg.testing import blob_scans, blob_views, overlap
 from mvreg.testing.scans import blob_scan, plane_scans, sensor_pose
 from mvreg.testing.views import graph_of, pipeline, registration
@@ -152,7 +153,7 @@ def test_what_slides_along_itself_is_ambiguous(shape):
 def test_distance_is_that_of_the_points():
     pair = overlap()
     shift = se3.from_parts(np.eye(3), np.array([3.0, 4.0, 0.0]))
-    assert distance(pair.source, shift, np.eye(4)) == pytest.approx(5.0)
+    assert rms_apart(pair.source.points, shift, np.eye(4)) == pytest.approx(5.0)
 
 
 @pytest.mark.parametrize(

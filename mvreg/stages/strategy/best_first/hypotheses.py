@@ -16,6 +16,7 @@ from mvreg.stages.strategy.best_first.agreement import (
     Hypothesis,
 )
 from mvreg.stages.strategy.best_first.partial_models import PartialModels
+from mvreg.surface.displacement import rms_apart
 from mvreg.types import Array
 
 #: Less probable hypotheses are not kept. At 0.1 loops of right pairs only close on the campus, the
@@ -75,13 +76,12 @@ class Hypotheses:
     def distinct(self, source: int, poses: Sequence[Array]) -> list[int]:
         """Positions of the poses of view `source` that differ, the first of each."""
         apart = TOLERANCE * self.models.views[source].scale.resolution
-        kept: dict[int, Array] = {}
+        kept: list[int] = []
         for k, pose in enumerate(poses):
-            moved = se3.apply(pose, self.samples[source])
-            gaps = [np.sqrt(((moved - other) ** 2).sum(axis=1).mean()) for other in kept.values()]
-            if min(gaps, default=np.inf) > apart:
-                kept[k] = moved
-        return list(kept)
+            gaps = (rms_apart(self.samples[source], pose, poses[other]) for other in kept)
+            if all(gap > apart for gap in gaps):
+                kept.append(k)
+        return kept
 
     def agreements(self) -> list[Agreement]:
         """Every loop that closes, the best first, with odds that the rivals leave it."""
@@ -139,12 +139,10 @@ class Hypotheses:
         """How far apart two motions put the edges' views of a group (RMS, resolutions)."""
         models = self.models
         chosen = {k for edge in edges for k in edge.pair if models.group[k] == group}
-        gaps = [0.0]
-        for k in chosen:
-            points = se3.apply(models.poses[k], self.samples[k])
-            gap = se3.apply(first, points) - se3.apply(second, points)
-            gaps.append(float(np.sqrt((gap**2).sum(axis=1).mean())) if len(gap) else 0.0)
-        return max(gaps) / (models.views[edges[0].source].scale.resolution or 1.0)
+        gaps = (
+            rms_apart(se3.apply(models.poses[k], self.samples[k]), first, second) for k in chosen
+        )
+        return max(gaps, default=0.0) / (models.views[edges[0].source].scale.resolution or 1.0)
 
     def triangles(self, bundles: dict[tuple[int, int], list[Bundle]]) -> Iterator[Agreement]:
         """Three bundles that lead around three groups and back."""
