@@ -9,7 +9,7 @@ import numpy as np
 from mvreg.evaluation.component import ComponentEvidence
 from mvreg.geometry import se3
 from mvreg.surface.range_image import scan_of
-from mvreg.surface.sensor import SensorModel, estimated_sensor, told_sensor
+from mvreg.surface.sensor import SensorModel, sensor_of
 from mvreg.types import Array, View
 
 #: What is said of the poses then.
@@ -50,7 +50,7 @@ def stood_still(part: ComponentEvidence) -> bool:
     points, directions = [], []
     for view in part.views:
         scan, pose = scan_of(view), part.poses[view.name]
-        sensor = told_sensor(scan) or estimated_sensor(scan)
+        sensor = sensor_of(scan)
         if sensor is not None and sensor.direction is not None:
             directions.append(pose[:3, :3] @ sensor.direction)
         elif sensor is not None and sensor.point is not None and _ahead(view, sensor):

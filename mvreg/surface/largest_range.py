@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mvreg.geometry.arrays import Flags
-from mvreg.surface.sensor import estimated_sensor, told_sensor
+from mvreg.surface.sensor import sensor_of
 from mvreg.types import Array, Scan
 from mvreg.types.lazy import kept_on_argument
 
@@ -59,11 +59,10 @@ def at_largest_range(scan: Scan) -> Flags:
     none = np.zeros(len(scan.points), dtype=bool)
     if len(scan.points) < FEWEST:
         return none
-    told = told_sensor(scan)
-    sensor = told or estimated_sensor(scan)
+    sensor = sensor_of(scan)
     if sensor is None or sensor.point is None:
         return none
-    sphere = _outermost(scan.points, sensor.point, fitted=told is None)
+    sphere = _outermost(scan.points, sensor.point, fitted=not scan.knows_sensor)
     if sphere is None:
         return none
     heights = sphere.heights(scan.points)

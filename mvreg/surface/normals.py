@@ -9,7 +9,7 @@ import numpy as np
 from mvreg.geometry.nearest import build_tree, nearest
 from mvreg.kernels.grid import Cells
 from mvreg.kernels.moments import normals as plane_normals
-from mvreg.surface.sensor import SensorModel, estimated_sensor, told_sensor
+from mvreg.surface.sensor import SensorModel, estimated_sensor, sensor_of, told_sensor
 from mvreg.types import Array, Features, Scan
 
 #: Share of the keypoints' normals that face a sensor, if they were turned towards it.
@@ -80,8 +80,7 @@ def _sensor(scan: Scan, mode: Orient) -> SensorModel | None:
         return None if scan.view_direction is None else SensorModel(scan.view_direction, None)
     if mode is Orient.point:
         return None if scan.view_point is None else SensorModel(None, scan.view_point)
-    told = told_sensor(scan)
-    return estimated_sensor(scan) if told is None and mode is Orient.estimated else told
+    return sensor_of(scan) if mode is Orient.estimated else told_sensor(scan)
 
 
 def align(normals: Array, points: Array, features: Features) -> Array:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from mvreg.kernels.rays import Rays
-from mvreg.surface.sensor import SensorModel, estimated_sensor, told_sensor
+from mvreg.surface.sensor import SensorModel, sensor_of, told_sensor
 from mvreg.surface.sensor_direction import estimated_direction as estimated_direction
 from mvreg.types import Array, Model, Scan, View
 from mvreg.types.lazy import kept_on_argument
@@ -61,9 +61,7 @@ class RangeImage:
         if isinstance(view, Model):
             return None
         scan = scan_of(view)
-        model = told_sensor(scan)
-        if model is None and sensor is Sensor.estimated:
-            model = estimated_sensor(scan)
+        model = sensor_of(scan) if sensor is Sensor.estimated else told_sensor(scan)
         return None if model is None else cls(scan.points, model.direction, model.point)
 
     def towards(self, points: Array) -> Array:

@@ -72,6 +72,11 @@ def told_sensor(scan: Scan) -> SensorModel | None:
     return None
 
 
+def sensor_of(scan: Scan) -> SensorModel | None:
+    """What the scan says, or else what its points tell."""
+    return told_sensor(scan) or estimated_sensor(scan)
+
+
 @kept_on_argument
 def estimated_sensor(scan: Scan) -> SensorModel | None:
     """The sensor model that explains how densely the points lie, whatever the scan says.

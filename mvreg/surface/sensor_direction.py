@@ -13,17 +13,26 @@ hide the fewest points, and the answer is there, 18 to 30 degrees from +z.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
+from mvreg.geometry.arrays import Flags
 from mvreg.geometry.nearest import build_tree, neighbours_of
+from mvreg.geometry.sphere import half_sphere_directions
 from mvreg.kernels.hidden import hidden
 from mvreg.types import Array, View
 from mvreg.types.lazy import kept_on_argument
+
+if TYPE_CHECKING:
+    from mvreg.kernels.tree import Tree
 
 #: Directions tried, over half a sphere: about 5 degrees apart.
 DIRECTIONS = 600
 #: Points asked for their density, and neighbours that tell it.
 DENSITY_POINTS, NEIGHBOURS = 2000, 24
+#: A point is at a border if its neighbours' mean is farther than this share of their reach.
+INNER = 0.25
 #: Points that may hide each other, and the cells of the picture they do it in (resolutions).
 HIDING_POINTS, CELL = 4000, 2.0
 #: One point hides another of the same cell that is so much farther (cells): what rises more steeply
@@ -89,12 +98,8 @@ def half_sphere(count: int, pole: Array, landmark: Array) -> Array:
     `landmark` (3,), a vector that turns with the scan, says how they lie around it, so that another
     frame of the scan only turns them.
     """
-    index = np.arange(count) + 0.5
-    angle, height = np.pi * (1 + np.sqrt(5)) * index, 1 - index / count
-    flat = np.sqrt(1 - height**2)
-    spread = np.stack([flat * np.cos(angle), flat * np.sin(angle), height], axis=1)
     x, y = across(pole, landmark).T
-    found: Array = spread @ np.stack([x, y, pole])
+    found: Array = half_sphere_directions(count) @ np.stack([x, y, pole])
     return found
 
 
@@ -114,10 +119,7 @@ def dense_direction(view: View, landmark: Array) -> Array:
     cloud = view.points if view.scan is None else view.scan.points
     tree = build_tree(cloud) if view.scan is None else view.scan.tree
     count = min(NEIGHBOURS, len(cloud) - 1)
-    distances, indices = neighbours_of(tree, points, count + 1)
-    reach = np.maximum(distances[:, -1], 1e-12 * view.resolution)
-    shift = np.linalg.norm(cloud[indices].mean(axis=1) - points, axis=1)
-    inner = shift < 0.25 * reach  # not at a border, where half the neighbours are missing
+    reach, inner = reach_of_neighbours(cloud, tree, points, count, 1e-12 * view.resolution)
     if inner.sum() < NEIGHBOURS:
         inner[:] = True
     density, normals = reach[inner] ** -2.0, normals[inner]
@@ -136,6 +138,25 @@ def dense_direction(view: View, landmark: Array) -> Array:
             break
         axis = solution / length
     return axis
+
+
+def reach_of_neighbours(
+    cloud: Array, tree: Tree, points: Array, count: int, least: float = 0.0
+) -> tuple[Array, Flags]:
+    """How far the `count` nearest others of points (P, 3) reach in a cloud (N, 3), its tree given.
+
+    Returns
+    -------
+    reach : (P,) array
+        `least` or more (length).
+    inner : (P,) array of bool
+        Which points are not at a border, where half the neighbours are missing.
+    """
+    distances, indices = neighbours_of(tree, points, count + 1)
+    reach = np.maximum(distances[:, -1], least)
+    shift = np.linalg.norm(cloud[indices].mean(axis=1) - points, axis=1)
+    inner: Flags = shift < INNER * reach
+    return reach, inner
 
 
 def _most_facing(density: Array, normals: Array, offsets: Array, landmark: Array) -> Array:

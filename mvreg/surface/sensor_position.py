@@ -13,17 +13,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from mvreg.geometry.nearest import build_tree, neighbours_of
+from mvreg.geometry.sphere import sphere_directions
+from mvreg.surface.sensor_direction import HIDING_POINTS, NEIGHBOURS, reach_of_neighbours
 from mvreg.types import Array, Scan
 
-#: Points that may hide each other, the cells of the picture (angular spacings of the points), and
+#: The cells of the picture in which points hide each other (angular spacings of the points), and
 #: how much farther a point is than another of its cell that hides it (cells).
-HIDING_POINTS, CELL, DEPTH = 4000, 2.5, 5.0
-#: Points asked for their density, and neighbours that tell it.
-MOST_POINTS, NEIGHBOURS = 1500, 24
+CELL, DEPTH = 2.5, 5.0
+#: Points asked for their density.
+MOST_POINTS = 1500
 #: Fewer points say nothing.
 FEWEST = 100
-#: Neighbours' mean nearer than this share of their reach: not at a border.
-INNER = 0.25
 #: Cosines of the incidence are taken for this at least.
 LEAST_COSINE = 0.05
 #: Positions tried: a grid of so many along each axis of the scan, and directions on shells, in
@@ -51,10 +51,8 @@ def sampled(scan: Scan) -> Sampled | None:
         return None
     step = max(1, len(scan.points) // MOST_POINTS)
     points = scan.points[step // 2 :: step]
-    distances, indices = neighbours_of(scan.tree, points, count + 1)
-    reach = distances[:, -1]
-    shift = np.linalg.norm(scan.points[indices].mean(axis=1) - points, axis=1)
-    inner = (shift < INNER * reach) & (reach > 0)
+    reach, inner = reach_of_neighbours(scan.points, scan.tree, points, count)
+    inner &= reach > 0
     if inner.sum() < FEWEST:
         return None
     chosen = points[inner]
@@ -97,10 +95,7 @@ def _starts(own: Sampled) -> tuple[Array, float]:
         for a, b in zip(low, high, strict=True)
     ]
     grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 3)
-    index = np.arange(DIRECTIONS) + 0.5
-    angle, height = np.pi * (1 + np.sqrt(5)) * index, 1 - 2 * index / DIRECTIONS
-    flat = np.sqrt(1 - height**2)
-    around = np.stack([flat * np.cos(angle), flat * np.sin(angle), height], axis=1)
+    around = sphere_directions(DIRECTIONS)
     tried = np.concatenate([grid, *(shell * length * around for shell in SHELLS)]) @ axes.T + middle
     few = slice(None, None, max(1, len(own.points) // ROUGH))
     rough = Sampled(own.points[few], own.normals[few], own.density[few])

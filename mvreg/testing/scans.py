@@ -12,6 +12,7 @@ from functools import cache
 import numpy as np
 
 from mvreg.geometry import se3
+from mvreg.geometry.sphere import sphere_directions as sphere_directions
 from mvreg.testing.compare import locked
 from mvreg.types import Array, Scan, ScanSet
 
@@ -33,14 +34,6 @@ def blob_radius(directions: Array, number: int = 1, relief: float = 0.2) -> Arra
     lumps = np.sin(directions @ waves.T + rng.uniform(0, 2 * np.pi, size=10))
     radius: Array = RADIUS * (1 + relief * lumps @ (3 / frequencies))
     return radius
-
-
-def sphere_directions(count: int) -> Array:
-    """Unit vectors (count, 3), evenly distributed on the sphere (a Fibonacci spiral)."""
-    index = np.arange(count) + 0.5
-    angle, z = np.pi * (1 + np.sqrt(5)) * index, 1 - 2 * index / count
-    flat = np.sqrt(1 - z**2)
-    return np.stack([flat * np.cos(angle), flat * np.sin(angle), z], axis=1)
 
 
 def sensor_pose(azimuth: float, elevation: float = 0.0, roll: float = 0.0) -> Array:

@@ -51,12 +51,12 @@ def test_they_are_found_all_and_none_besides(sensor, motion):
 
 def test_an_estimate_that_is_off(monkeypatch):
     scan = room_scan(no_returns(200), sensor=False)
-    from mvreg.surface import largest_range
+    from mvreg.surface import sensor
     from mvreg.surface.sensor import SensorModel
 
     for off, count in ((1.0, 200), (12.0, 0)):
         wrong = SensorModel(None, np.array([off, -off / 2, 0.0]))
-        monkeypatch.setattr(largest_range, "estimated_sensor", lambda scan, wrong=wrong: wrong)
+        monkeypatch.setattr(sensor, "estimated_sensor", lambda scan, wrong=wrong: wrong)
         assert at_largest_range(replace(scan)).sum() == count
 
 
