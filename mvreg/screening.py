@@ -57,7 +57,8 @@ def refine_best(
     left = [one.T_target_source for one in first if one.objective <= limit]
     best, *others = screen(refine, source, target, left, FINE_STEP)
     near = [one for one in first[len(left) :] if one.objective <= RIVAL_RATIO * first[0].objective]
-    others += screen(refine, source, target, [one.T_target_source for one in near], FINE_STEP)
+    if near:
+        others += screen(refine, source, target, [one.T_target_source for one in near], FINE_STEP)
     others += first[len(left) + len(near) :]
     if rejected_early(best, thinned(source, FINE_STEP)):
         found = replace(best, pairs=best.pairs * np.array([FINE_STEP, 1]))

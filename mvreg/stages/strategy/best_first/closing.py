@@ -40,17 +40,9 @@ def closing_pair(
     (int, int) or None
         None where no pair would overlap enough.
     """
-    models = hypotheses.models
-    middles = {k: models.poses[k] @ np.append(s.mean(axis=0), 1.0)
-               for k, s in enumerate(hypotheses.samples) if len(s)}  # fmt: skip
-    candidates = []
-    for moving, staying, motion in _ways(hypotheses, new):
-        for i in models.members(moving).tolist():
-            for j in models.members(staying).tolist():
-                if frozenset((i, j)) in tried or i not in middles or j not in middles:
-                    continue
-                gap = float(np.linalg.norm((motion @ middles[i] - middles[j])[:3]))
-                candidates.append((gap, i, j, motion))
+    candidates = [
+        one for way in _ways(hypotheses, new) for one in _nearest_pairs(hypotheses, *way, tried)
+    ]
     best, found = LEAST_OVERLAP, None
     for _, i, j, motion in sorted(candidates, key=lambda one: one[:3])[:LOOKED_AT]:
         share = _overlap(hypotheses, i, j, motion)
@@ -77,6 +69,36 @@ def _ways(hypotheses: Hypotheses, new: Hypothesis) -> Iterator[tuple[int, int, A
             yield third, ends[1], motion @ T_via_third
         else:
             yield third, ends[0], se3.invert(motion) @ T_via_third
+
+
+def _nearest_pairs(
+    hypotheses: Hypotheses, moving: int, staying: int, motion: Array, tried: set[frozenset[int]]
+) -> list[tuple[float, int, int, Array]]:
+    """The pairs of views of two groups, not tried, whose middles the motion brings nearest.
+
+    Each with the gap between them (length) and the motion; `LOOKED_AT` at most, nearest first.
+    """
+    models = hypotheses.models
+    ends = [
+        [k for k in models.members(group).tolist() if len(hypotheses.samples[k])]
+        for group in (moving, staying)
+    ]
+    own, other = (
+        np.array([se3.apply(models.poses[k], hypotheses.samples[k]).mean(axis=0) for k in members])
+        for members in ends
+    )
+    if not len(own) or not len(other):
+        return []
+    gaps = np.linalg.norm(se3.apply(motion, own)[:, None] - other, axis=2)
+    found: list[tuple[float, int, int, Array]] = []
+    for place in np.argsort(gaps, axis=None, kind="stable").tolist():
+        row, column = divmod(place, len(other))
+        i, j = ends[0][row], ends[1][column]
+        if frozenset((i, j)) not in tried:
+            found.append((float(gaps[row, column]), i, j, motion))
+        if len(found) == LOOKED_AT:
+            break
+    return found
 
 
 def _overlap(hypotheses: Hypotheses, source: int, target: int, motion: Array) -> float:

@@ -100,7 +100,7 @@ class Growth:
             self.pipeline, registration, moving, staying, source, self.hypotheses
         )
         best = int(np.argmax(likely))
-        if best > 0 and likely[best] > likely[0]:
+        if best > 0:
             others = [one.T_target_source for k, one in enumerate(found) if k != best]
             chosen = replace(found[best], alternatives=np.array(others))
             verdict = self.pipeline.judge(chosen, moving, staying, self.graph)

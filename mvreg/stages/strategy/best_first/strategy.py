@@ -13,9 +13,7 @@ from mvreg.errors import check_ascending, check_positive
 from mvreg.evidence.view_pair import surface_samples
 from mvreg.parallel import in_threads
 from mvreg.stages.strategy.best_first.growth import Growth
-from mvreg.stages.strategy.best_first.joint_verdict import (
-    error_probability,
-)
+from mvreg.stages.strategy.best_first.joint_verdict import error_probability
 from mvreg.stages.strategy.best_first.outcome import outcome
 from mvreg.stages.strategy.best_first.overlap_score import overlap_scores
 from mvreg.stages.strategy.best_first.partial_models import PartialModels

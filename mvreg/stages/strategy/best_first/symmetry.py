@@ -8,6 +8,7 @@ made, and refined, before the pose is relied on.
 from __future__ import annotations
 
 from functools import partial
+from typing import TypeAlias
 
 import numpy as np
 
@@ -32,6 +33,9 @@ STRAY = 0.02
 #: A view slides along an axis if its normals' mean squared share along it is less (a sphere has a
 #: third), in steps of so many spacings of the keypoints, in so many steps at most each way.
 WEAK, SLIDE, MOST_SLIDES = 0.2, 1.5, 12
+
+#: Points, normals and axes of two views, see `_seen`.
+Seen: TypeAlias = tuple[Array, Array, Array]
 
 
 def symmetry_hypotheses(
@@ -58,9 +62,8 @@ def symmetry_hypotheses(
     if not len(source.points) or not len(target.points):
         return np.empty((0, 4, 4))
     pose = registration.T_target_source
-    starts = [
-        motion @ pose for motion in (*_turns(source, target, pose), *_slides(source, target, pose))
-    ]
+    seen = _seen(source, target, pose)
+    starts = [motion @ pose for motion in (*_turns(seen), *_slides(seen, source.scale.spacing))]
     _ = target.tree  # built once, before the threads ask for it
     for step, slack in (
         (COARSE_STEP, MAX_OBJECTIVE_RATIO),
@@ -76,9 +79,9 @@ def symmetry_hypotheses(
     return np.array([one.T_target_source for one in good])
 
 
-def _turns(source: View, target: View, pose: Array) -> list[Array]:
+def _turns(seen: Seen) -> list[Array]:
     """Motions (4, 4) in the target's frame: every turn about every axis."""
-    points, _, axes = _seen(source, target, pose)
+    points, _, axes = seen
     found = []
     for frame in np.split(axes, len(axes) // 3):
         low, high = np.quantile(points @ frame.T, [STRAY, 1 - STRAY], axis=0)
@@ -90,17 +93,17 @@ def _turns(source: View, target: View, pose: Array) -> list[Array]:
     return found
 
 
-def _slides(source: View, target: View, pose: Array) -> list[Array]:
+def _slides(seen: Seen, spacing: float) -> list[Array]:
     """Motions (4, 4) in the target's frame along the axis that normals hold least, if they do not.
 
     So far apart that a refinement finds what is between two of them, and up to half of the extent.
     """
-    points, normals, axes = _seen(source, target, pose)
+    points, normals, axes = seen
     weakest = axes[0]
     if ((normals @ weakest) ** 2).mean() > WEAK:
         return []
     extent = float(np.ptp(points @ weakest)) / 2
-    step = max(SLIDE * source.scale.spacing, extent / MOST_SLIDES)
+    step = max(SLIDE * spacing, extent / MOST_SLIDES)
     found = []
     for shift in np.arange(step, extent, step):
         for sign in (-1.0, 1.0):
@@ -108,7 +111,7 @@ def _slides(source: View, target: View, pose: Array) -> list[Array]:
     return found
 
 
-def _seen(source: View, target: View, pose: Array) -> tuple[Array, Array, Array]:
+def _seen(source: View, target: View, pose: Array) -> Seen:
     """Points and normals of both views in the target's frame, and the axes of their normals.
 
     Of the axes, see `_axes`, the first is that along which fewest normals point.
