@@ -1,15 +1,20 @@
 """Files in, files out: scans, poses, and PLY."""
 
 from mvreg.io.cloud import PointCloud
+from mvreg.io.formats import FORMATS, Format, ReadOptions
 from mvreg.io.ply_write import write_ply
-from mvreg.io.points import READERS, SUPPORTED, read_cloud, read_points
+from mvreg.io.points import READERS, SUPPORTED, read_cloud, read_clouds, read_points
 from mvreg.io.poses import read_poses
 
 __all__ = [
+    "FORMATS",
     "READERS",
     "SUPPORTED",
+    "Format",
     "PointCloud",
+    "ReadOptions",
     "read_cloud",
+    "read_clouds",
     "read_points",
     "read_poses",
     "write_ply",

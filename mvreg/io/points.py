@@ -1,40 +1,22 @@
-"""Read one scan, whatever the format: its points, and what the file says of its sensor."""
+"""Read scans, whatever the format: points, attributes, and what the file says of the sensor."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from mvreg.errors import InputError
-from mvreg.io.arrays import read_npy
 from mvreg.io.cloud import PointCloud
-from mvreg.io.obj import read_obj
-from mvreg.io.pcd import read_pcd
-from mvreg.io.ply import read_ply
-from mvreg.io.stl import read_stl
-from mvreg.io.text import read_text
+from mvreg.io.formats import FORMATS, Format, ReadOptions, by_suffix, format_of
 from mvreg.types import Array
 
-#: Lower-case suffix to reader. A reader returns raw points (N, 3), which may hold NaN; as a
-#: `PointCloud` where the format can say more.
-READERS: dict[str, Callable[[Path], Array | PointCloud]] = {
-    ".ply": read_ply,
-    ".pcd": read_pcd,
-    ".obj": read_obj,
-    ".stl": read_stl,
-    ".xyz": read_text,
-    ".txt": read_text,
-    ".csv": read_text,
-    ".pts": read_text,
-    ".asc": read_text,
-    ".npy": read_npy,
-    ".npz": read_npy,
-}
+#: The formats that come with mvreg by lower-case suffix.
+READERS: dict[str, Format] = by_suffix(FORMATS)
 
-#: The suffixes that can be read, in lower case; upper case is fine too.
+#: The suffixes that can be read without a plugin, in lower case; upper case is fine too.
 SUPPORTED: tuple[str, ...] = tuple(READERS)
 
 
@@ -55,9 +37,7 @@ def read_points(path: str | Path) -> Array:
 
 
 def read_cloud(path: str | Path) -> PointCloud:
-    """Read one file; its suffix says how.
-
-    Points that are NaN or infinite are dropped: range scanners write them for "no return".
+    """Read a file that holds one scan; its suffix says how.
 
     Parameters
     ----------
@@ -67,9 +47,44 @@ def read_cloud(path: str | Path) -> PointCloud:
     Returns
     -------
     PointCloud
-        Finite points (N, 3) in the file's own unit, N >= 1, in the file's order; and the sensor's
-        position in the same coordinates, where the file tells it: the VIEWPOINT of a PCD file,
-        unless it is the default ``0 0 0 1 0 0 0``, which most writers write regardless.
+        As one of `read_clouds`.
+
+    Raises
+    ------
+    InputError
+        As `read_clouds`; and if the file holds several scans.
+    """
+    clouds = read_clouds(path)
+    if len(clouds) > 1:
+        raise InputError(f"{path}: expected one scan, found {len(clouds)}; use read_clouds")
+    return clouds[0]
+
+
+def read_clouds(
+    path: str | Path,
+    options: ReadOptions | None = None,
+    formats: Mapping[str, Format] | None = None,
+) -> tuple[PointCloud, ...]:
+    """Read all scans of one file; its suffix says how.
+
+    Points that are NaN or infinite are dropped: range scanners write them for "no return".
+
+    Parameters
+    ----------
+    path : str or Path
+        A file with one of the suffixes of `formats`, in any case.
+    options : ReadOptions, optional
+        What the user says of the file.
+    formats : mapping of str to Format, optional
+        By suffix; those that come with mvreg if not given.
+
+    Returns
+    -------
+    tuple of PointCloud
+        At least one, each with finite points (N, 3) in the file's own unit, N >= 1, in the file's
+        order. The sensor's position is in the same coordinates, where the file tells it: the
+        VIEWPOINT of a PCD file, unless it is the default ``0 0 0 1 0 0 0``, which most writers
+        write regardless.
 
     Raises
     ------
@@ -78,32 +93,31 @@ def read_cloud(path: str | Path) -> PointCloud:
         empty cloud. The message names the file, the line or byte where there is one, and why.
     """
     path = Path(path)
-    reader = READERS.get(path.suffix.lower())
-    if reader is None:
-        suffix = repr(path.suffix) if path.suffix else "no suffix"
-        raise InputError(f"{path}: expected a file ending in {', '.join(SUPPORTED)}; got {suffix}")
+    reader = format_of(path, READERS if formats is None else formats).read
     try:
         if path.exists() and not path.is_file():
             raise InputError(f"{path}: expected a file, found a folder or a device")
-        found = reader(path)
+        found = reader(path, options or ReadOptions())
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from error
     except (MemoryError, OverflowError) as error:
         raise InputError(f"{path}: asks for more memory than there is; is it damaged?") from error
-    cloud = found if isinstance(found, PointCloud) else PointCloud(found)
-    return replace(cloud, points=_finite(np.asarray(cloud.points, dtype=np.float64), path))
+    if not found:
+        raise InputError(f"{path}: expected at least one scan, found none; leave this file out")
+    return tuple(_finite(cloud, path) for cloud in found)
 
 
-def _finite(points: Array, path: Path) -> Array:
-    if len(points) == 0:
+def _finite(cloud: PointCloud, path: Path) -> PointCloud:
+    cloud = replace(cloud, points=np.asarray(cloud.points, dtype=np.float64))
+    if len(cloud.points) == 0:
         raise InputError(f"{path}: expected at least one point, found none; leave this file out")
-    finite = np.isfinite(points)
+    finite = np.isfinite(cloud.points)
     if finite.all():
-        return np.ascontiguousarray(points)
-    good = finite.all(axis=1)
+        return replace(cloud, points=np.ascontiguousarray(cloud.points))
+    good = np.asarray(finite.all(axis=1))
     if not good.any():
         raise InputError(
             f"{path}: expected coordinates, found only NaN or infinite ones in all "
-            f"{len(points)} points; leave this file out"
+            f"{len(cloud.points)} points; leave this file out"
         )
-    return points[good]
+    return cloud.chosen(good)

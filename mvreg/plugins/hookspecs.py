@@ -1,4 +1,4 @@
-"""The three hooks that a plugin may implement, all optional.
+"""The four hooks that a plugin may implement, all optional.
 
 A plugin is any object, usually a module, named by an entry point in the group ``mvreg``.
 """
@@ -11,6 +11,7 @@ import pluggy
 
 if TYPE_CHECKING:
     from mvreg.events import Event
+    from mvreg.io import Format
 
 hookspec = pluggy.HookspecMarker("mvreg")
 #: Marks a method or function as an implementation of a hook below.
@@ -25,6 +26,11 @@ def mvreg_stages() -> dict[str, type]:  # type: ignore[empty-body]
 @hookspec
 def mvreg_config_path() -> str:  # type: ignore[empty-body]
     """Return a Hydra search path with presets, ``"pkg://mvreg_comparators.conf"``."""
+
+
+@hookspec
+def mvreg_formats() -> list[Format]:  # type: ignore[empty-body]
+    """Return file formats that the plugin reads; a suffix that another has is replaced."""
 
 
 @hookspec

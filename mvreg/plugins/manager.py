@@ -15,11 +15,13 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import TYPE_CHECKING
 
 from mvreg.errors import PluginError
+from mvreg.plugins.formats import collect_formats
 from mvreg.plugins.pluggy_manager import GROUP, Manager
 from mvreg.plugins.registry import Registered, register_all
 
 if TYPE_CHECKING:
     from mvreg.events import Event
+    from mvreg.io import Format
 
 
 class ObserverWarning(RuntimeWarning):
@@ -65,6 +67,18 @@ def stages() -> dict[str, Registered]:
         If a plugin is broken, or a stage is not what `mvreg.contracts` asks for.
     """
     return register_all(current())
+
+
+@cache
+def formats() -> dict[str, Format]:
+    """Every file format that can be read, by its lower-case suffix.
+
+    Raises
+    ------
+    PluginError
+        If a plugin is broken, or what it returns are no formats.
+    """
+    return collect_formats(current())
 
 
 def emit(event: Event) -> None:

@@ -1,0 +1,95 @@
+"""What a file format is to mvreg, and the formats that it brings; plugins may bring more."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from mvreg.errors import InputError
+from mvreg.io.arrays import read_npy
+from mvreg.io.cloud import PointCloud
+from mvreg.io.obj import read_obj
+from mvreg.io.pcd import read_pcd
+from mvreg.io.ply import read_ply
+from mvreg.io.stl import read_stl
+from mvreg.io.text import read_text
+from mvreg.types import Array
+
+
+@dataclass(frozen=True)
+class ReadOptions:
+    """What a user may say of all files of a folder.
+
+    Parameters
+    ----------
+    columns : tuple of str
+        For tables of text: the names of the columns, in order, such as ``time, x, y, z,
+        intensity``; empty to go by the header.
+    """
+
+    columns: tuple[str, ...] = ()
+
+
+#: A reader: all scans in a file, in its order. Raises `InputError` with file, place and reason.
+Reader = Callable[[Path, ReadOptions], Sequence[PointCloud]]
+
+
+@dataclass(frozen=True)
+class Format:
+    """One file format.
+
+    Parameters
+    ----------
+    name : str
+        As people call it: ``PTX``.
+    suffixes : tuple of str
+        In lower case, with the point.
+    read : callable
+        ``read(path, options)``: the scans in a file, see `Reader`.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    read: Reader
+
+
+def single(reader: Callable[[Path], Array | PointCloud]) -> Reader:
+    """A reader of files that hold one scan, from a function of the path alone."""
+
+    def read(path: Path, options: ReadOptions) -> Sequence[PointCloud]:
+        found = reader(path)
+        return (found if isinstance(found, PointCloud) else PointCloud(found),)
+
+    return read
+
+
+#: The formats that come with mvreg.
+FORMATS: tuple[Format, ...] = (
+    Format("PLY", (".ply",), single(read_ply)),
+    Format("PCD", (".pcd",), single(read_pcd)),
+    Format("OBJ", (".obj",), single(read_obj)),
+    Format("STL", (".stl",), single(read_stl)),
+    Format("text", (".xyz", ".txt", ".csv", ".pts", ".asc"), single(read_text)),
+    Format("NumPy", (".npy", ".npz"), single(read_npy)),
+)
+
+
+def by_suffix(formats: Iterable[Format]) -> dict[str, Format]:
+    """Formats by suffix; of two with the same the later one counts, so that plugins can replace."""
+    return {suffix: each for each in formats for suffix in each.suffixes}
+
+
+def format_of(path: Path, formats: Mapping[str, Format]) -> Format:
+    """The format that a file's suffix names.
+
+    Raises
+    ------
+    InputError
+        If it names none; lists the suffixes.
+    """
+    found = formats.get(path.suffix.lower())
+    if found is None:
+        suffix = repr(path.suffix) if path.suffix else "no suffix"
+        raise InputError(f"{path}: expected a file ending in {', '.join(formats)}; got {suffix}")
+    return found
