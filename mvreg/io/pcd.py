@@ -1,8 +1,8 @@
-"""Read the points of a PCD file.
+"""Read a PCD file: ASCII, binary and compressed.
 
-ASCII and binary are read here, because Open3D 0.20 completes a truncated file with zeros or with
-whatever was in memory: a plausible wrong cloud. The compressed kind is Open3D's, once the sizes
-that it states are found to be true.
+Ours because Open3D 0.20 completes a truncated file with zeros or with whatever was in memory, a
+plausible wrong cloud; reads compressed coordinates of 8 bytes as zeros; and drops all fields but
+the coordinates, normals and colours.
 
 The header's VIEWPOINT is taken as PCL takes it where it orients normals: the pose of the sensor in
 the coordinates that the points have, so that its translation is the sensor's position. Points are
@@ -16,16 +16,17 @@ from pathlib import Path
 import numpy as np
 
 from mvreg.errors import InputError
-from mvreg.io.cloud import PointCloud
-from mvreg.io.pcd_header import PcdHeader, read_header
-from mvreg.io.quiet import quiet_open3d
+from mvreg.io.cloud import PointCloud, Values
+from mvreg.io.names import with_usual_names
+from mvreg.io.pcd_header import Field, PcdHeader, read_header
 from mvreg.io.table import parse_lines
+from mvreg.kernels.lzf import decompress
 from mvreg.kernels.text import parse_rows
 from mvreg.types import Array
 
 
 def read_pcd(path: Path) -> PointCloud:
-    """Read the points (N, 3), NaN included, and the sensor's position where the header has it.
+    """Read points, NaN included, fields of one value, and the sensor's position if it is told.
 
     Raises
     ------
@@ -37,57 +38,92 @@ def read_pcd(path: Path) -> PointCloud:
     if header.points > len(data) and header.data != "binary_compressed":
         raise _truncated(path, f"{len(data)} bytes", header)
     kinds = {"ascii": _ascii, "binary": _binary, "binary_compressed": _compressed}
-    return PointCloud(kinds[header.data](data, header, path), header.view_point)
+    values = kinds[header.data](data, header, path)
+    points = np.stack([values.pop(axis).astype(np.float64) for axis in "xyz"], axis=1)
+    lists = [f"{f.name} ({f.count} values)" for f in header.fields if f.count > 1 and f.name != "_"]
+    remarks = (f"fields left out: {', '.join(lists)}",) if lists else ()
+    return PointCloud(points, header.view_point, with_usual_names(values), remarks=remarks)
 
 
-def _ascii(data: bytes, header: PcdHeader, path: Path) -> Array:
+def _ascii(data: bytes, header: PcdHeader, path: Path) -> dict[str, Values]:
     columns = sum(field.count for field in header.fields)
     parsed = parse_rows(data, header.size, header.points, columns)
     if parsed is not None:
-        table = parsed[0]
+        table, end = parsed
     else:
         lines = data[header.size :].decode("latin-1").split("\n")
-        table = parse_lines(enumerate(lines, header.lines + 1), columns, path, header.points)
+        table = parse_lines(enumerate(lines, header.lines + 1), columns, path, header.points + 1)
+        end = len(data)
     if len(table) < header.points:
         raise _truncated(path, f"{len(table)} lines", header)
+    if len(table) > header.points or data[end:].strip(b" \t\r\n\0\x1a"):
+        raise _more(path, "further lines", header)
     names = [f.name for f in header.fields for _ in range(f.count)]
-    return table[:, [names.index(axis) for axis in "xyz"]]
+    return {f.name: _typed(table[:, names.index(f.name)], f) for f in header.scalars}
 
 
-def _binary(data: bytes, header: PcdHeader, path: Path) -> Array:
-    if header.size + header.points * header.record > len(data):
+def _typed(column: Array, field: Field) -> Values:
+    """A column as the type that the header has for it; coordinates, and what does not fit, as is.
+
+    Packed colours are written as integers or as the float that has their bits.
+    """
+    if field.name in ("rgb", "rgba") and field.code[0] == "F":
+        whole = (column == np.rint(column)) & (np.abs(column) >= 1)
+        packed = column.astype(np.float32).view(np.uint32)
+        return np.where(whole, np.abs(column), packed).astype(np.uint32)
+    if field.code[0] == "F" or field.name in ("x", "y", "z"):
+        return column
+    limits = np.iinfo(field.numpy)
+    fits = (column == np.rint(column)) & (column >= limits.min) & (column <= limits.max)
+    return column.astype(field.numpy) if fits.all() else column
+
+
+def _binary(data: bytes, header: PcdHeader, path: Path) -> dict[str, Values]:
+    left = len(data) - header.size - header.points * header.record
+    if left < 0:
         raise _truncated(path, f"{len(data) - header.size} bytes", header)
+    if left >= header.record and data[-left:].strip(b"\0"):
+        raise _more(path, f"{left} bytes", header)
     table = np.frombuffer(data, header.dtype, header.points, header.size)
-    return np.stack([table[axis].astype(np.float64) for axis in "xyz"], axis=1)
+    return {field.name: table[field.name].astype(field.numpy) for field in header.scalars}
 
 
-def _compressed(data: bytes, header: PcdHeader, path: Path) -> Array:
+def _compressed(data: bytes, header: PcdHeader, path: Path) -> dict[str, Values]:
     sizes = np.frombuffer(data[header.size : header.size + 8], "<u4")
     expected = header.points * header.record
     if len(sizes) < 2 or header.size + 8 + int(sizes[0]) > len(data):
         raise _truncated(path, f"{len(data) - header.size} bytes", header)
-    # LZF cannot shrink anything to less than a hundredth: no memory for a size that is made up.
-    if int(sizes[1]) != expected or expected > 100 * int(sizes[0]):
+    packed = memoryview(data)[header.size + 8 : header.size + 8 + int(sizes[0])]
+    if int(sizes[1]) != expected:
         raise InputError(
             f"{path}: the header announces {expected} bytes of points, but the data are "
             f"{int(sizes[0])} bytes that hold {int(sizes[1])}; the file is damaged"
         )
-    with quiet_open3d() as open3d:
-        try:
-            cloud = open3d.io.read_point_cloud(str(path), remove_nan_points=False)
-        except Exception as error:  # C++ exceptions come through in several guises
-            raise InputError(f"{path}: not a readable PCD file: {error}") from error
-    points: Array = np.asarray(cloud.points, dtype=np.float64).copy()
-    if len(points) != header.points:
+    # What would not shrink is stored as it is, by PCL.
+    raw = packed if len(packed) == expected else decompress(packed, expected)
+    if raw is None:
         raise InputError(
-            f"{path}: expected {header.points} points, Open3D found {len(points)}; "
-            "is the file damaged?"
+            f"{path}, byte {header.size + 8}: expected {expected} bytes compressed by LZF; the "
+            "file is damaged"
         )
-    return points
+    # Field after field, each for all points.
+    return {
+        field.name: np.frombuffer(
+            raw, field.numpy, header.points, header.offsets[field.name] * header.points
+        ).copy()
+        for field in header.scalars
+    }
 
 
 def _truncated(path: Path, found: str, header: PcdHeader) -> InputError:
     return InputError(
         f"{path}: the header announces {header.points} points, but only {found} follow; "
         "the file is truncated"
+    )
+
+
+def _more(path: Path, found: str, header: PcdHeader) -> InputError:
+    return InputError(
+        f"{path}: the header announces {header.points} points, but after them {found} follow; "
+        "the header's count is wrong"
     )

@@ -29,6 +29,11 @@ class Field:
         """Bytes."""
         return int(self.code[1]) * self.count
 
+    @property
+    def numpy(self) -> str:
+        """The type of a value: PCD is little endian."""
+        return "<" + self.code.lower()
+
 
 @dataclass(frozen=True)
 class PcdHeader:
@@ -51,15 +56,25 @@ class PcdHeader:
         return sum(field.size for field in self.fields)
 
     @property
+    def scalars(self) -> tuple[Field, ...]:
+        """The fields of one value; of several with one name the first; padding is left out."""
+        first = {f.name: f for f in reversed(self.fields) if f.count == 1 and f.name != "_"}
+        return tuple(f for f in self.fields if first.get(f.name) is f)
+
+    @property
+    def offsets(self) -> dict[str, int]:
+        """Where in a record each of `scalars` begins, in bytes."""
+        starts = np.cumsum([0, *(f.size for f in self.fields)]).tolist()
+        return {f.name: starts[self.fields.index(f)] for f in self.scalars}
+
+    @property
     def dtype(self) -> np.dtype[Any]:
-        """x, y and z within a record."""
-        names = [field.name for field in self.fields]
-        chosen = [names.index(axis) for axis in "xyz"]
+        """The `scalars` within a record."""
         return np.dtype(
             {
-                "names": ["x", "y", "z"],
-                "formats": ["<" + self.fields[i].code.lower() for i in chosen],
-                "offsets": [sum(f.size for f in self.fields[:i]) for i in chosen],
+                "names": list(self.offsets),
+                "formats": [f.numpy for f in self.scalars],
+                "offsets": list(self.offsets.values()),
                 "itemsize": self.record,
             }
         )

@@ -9,15 +9,18 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+
 from mvreg.errors import InputError
+from mvreg.io.cloud import PointCloud
+from mvreg.io.names import with_usual_names
 from mvreg.io.ply_ascii import read_ascii
 from mvreg.io.ply_binary import read_binary
 from mvreg.io.ply_header import Header, read_header
-from mvreg.types import Array
 
 
-def read_ply(path: Path) -> Array:
-    """Read the vertices (N, 3), NaN included.
+def read_ply(path: Path) -> PointCloud:
+    """Read the vertices, NaN included, with every scalar property.
 
     Raises
     ------
@@ -27,9 +30,10 @@ def read_ply(path: Path) -> Array:
     data = path.read_bytes()
     header = read_header(data, path)
     _check_size(header, len(data) - header.size, path)
-    if header.format == "ascii":
-        return read_ascii(data, header, path)
-    return read_binary(data, header, path)
+    read = read_ascii if header.format == "ascii" else read_binary
+    values = read(data, header, path)
+    points = np.stack([values.pop(axis).astype(np.float64) for axis in "xyz"], axis=1)
+    return PointCloud(points, attributes=with_usual_names(values))
 
 
 def _check_size(header: Header, left: int, path: Path) -> None:

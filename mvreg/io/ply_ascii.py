@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
+
 from mvreg.errors import InputError
-from mvreg.io.ply_header import Element, Header
+from mvreg.io.cloud import Values
+from mvreg.io.ply_header import Element, Header, Property, code_of
 from mvreg.io.table import excerpt, parse_lines
 from mvreg.kernels.text import parse_rows
 from mvreg.types import Array
@@ -15,8 +18,8 @@ from mvreg.types import Array
 _NOTHING = " \t\r\n\0\x1a"
 
 
-def read_ascii(data: bytes, header: Header, path: Path) -> Array:
-    """Read the vertices (N, 3): one line each, as the format has it.
+def read_ascii(data: bytes, header: Header, path: Path) -> dict[str, Values]:
+    """Read the scalar properties of the vertices, each (N,): one line a vertex.
 
     Raises
     ------
@@ -31,7 +34,22 @@ def read_ascii(data: bytes, header: Header, path: Path) -> Array:
     table = _clean(data, start, header)
     if table is None:
         table = _line_by_line(data[start:].decode("latin-1"), first, header, path)
-    return table[:, [names.index(axis) for axis in "xyz"]]
+    return {p.name: typed(table[:, names.index(p.name)], p, path) for p in vertex.scalars}
+
+
+def typed(column: Array, declared: Property, path: Path) -> Values:
+    """A column in the type that the header declares, as far as its numbers have a place in it.
+
+    Colours are often written as fractions under ``uchar``, coordinates beyond a ``float``'s
+    digits: what does not fit stays a double.
+    """
+    kind = np.dtype(code_of(declared.type, path))
+    if kind.kind == "f" or declared.name in ("x", "y", "z"):
+        return column
+    limits = np.iinfo(kind)
+    whole = np.isfinite(column) & (column == np.rint(column))
+    fits = whole & (column >= limits.min) & (column <= limits.max)
+    return column.astype(kind) if fits.all() else column
 
 
 def _skip(data: bytes, header: Header, path: Path) -> tuple[int, int]:

@@ -1,4 +1,4 @@
-"""The vertices of a binary PLY file."""
+"""The vertices of a binary PLY file, with their scalar properties."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from pathlib import Path
 import numpy as np
 
 from mvreg.errors import InputError
-from mvreg.io.ply_header import TYPES, Element, Header
-from mvreg.types import Array
+from mvreg.io.cloud import Values
+from mvreg.io.ply_header import Element, Header, code_of
 
 #: NumPy's codes and those of `struct`.
 _STRUCT = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "i8": "q",
            "u8": "Q", "f4": "f", "f8": "d"}  # fmt: skip
 
 
-def read_binary(data: bytes, header: Header, path: Path) -> Array:
-    """Read the vertices (N, 3), of either byte order.
+def read_binary(data: bytes, header: Header, path: Path) -> dict[str, Values]:
+    """Read the scalar properties of the vertices, each (N,), of either byte order.
 
     Raises
     ------
@@ -34,8 +34,11 @@ def read_binary(data: bytes, header: Header, path: Path) -> Array:
     for element in header.elements[:at]:
         offset = body.skip(element, offset)
     if vertex.has_lists:
-        rows = [(row["x"], row["y"], row["z"]) for row, _ in body.walk(vertex, offset)]
-        return np.array(rows, dtype=np.float64)
+        rows = [row for row, _ in body.walk(vertex, offset)]
+        return {
+            p.name: np.array([row[p.name] for row in rows], dtype=code_of(p.type, path))
+            for p in vertex.scalars
+        }
     last = not any(e.count for e in header.elements[at + 1 :])
     return body.table(vertex, offset, last)
 
@@ -48,17 +51,17 @@ class _Body:
     order: str
     path: Path
 
-    def table(self, vertex: Element, offset: int, last: bool) -> Array:
+    def table(self, vertex: Element, offset: int, last: bool) -> dict[str, Values]:
         """The vertices, where all records have one size."""
-        names = [p.name for p in vertex.properties]
-        codes = [self._code(p.type) for p in vertex.properties]
+        codes = [code_of(p.type, self.path) for p in vertex.properties]
         starts = np.cumsum([0, *(int(code[1]) for code in codes)]).tolist()
-        chosen = [names.index(axis) for axis in "xyz"]
+        names = [p.name for p in vertex.properties]
+        kept = [names.index(p.name) for p in vertex.scalars]
         record = np.dtype(
             {
-                "names": ["x", "y", "z"],
-                "formats": [self.order + codes[i] for i in chosen],
-                "offsets": [starts[i] for i in chosen],
+                "names": [names[i] for i in kept],
+                "formats": [self.order + codes[i] for i in kept],
+                "offsets": [starts[i] for i in kept],
                 "itemsize": starts[-1],
             }
         )
@@ -72,12 +75,12 @@ class _Body:
                 f"{vertex.count} vertices, got {left} more bytes; the header's count is wrong"
             )
         table = np.frombuffer(self.data, record, vertex.count, offset)
-        return np.stack([table[axis].astype(np.float64) for axis in "xyz"], axis=1)
+        return {name: table[name].astype(codes[names.index(name)]) for name in record.names or ()}
 
     def skip(self, element: Element, offset: int) -> int:
         """The byte after an element that is of no interest."""
         if not element.has_lists:
-            sizes = [int(self._code(p.type)[1]) for p in element.properties]
+            sizes = [int(code_of(p.type, self.path)[1]) for p in element.properties]
             return offset + sum(sizes) * element.count
         for _, end in self.walk(element, offset):
             offset = end
@@ -86,8 +89,8 @@ class _Body:
     def walk(self, element: Element, offset: int) -> Iterator[tuple[dict[str, float], int]]:
         """Step through records of varying size: their scalars, and the byte after each."""
         steps = [
-            (p.name, struct.Struct(self.order + _STRUCT[self._code(p.count or p.type)]),
-             int(self._code(p.type)[1]) if p.count else 0)
+            (p.name, struct.Struct(self.order + _STRUCT[code_of(p.count or p.type, self.path)]),
+             int(code_of(p.type, self.path)[1]) if p.count else 0)
             for p in element.properties
         ]  # fmt: skip
         for done in range(element.count):
@@ -109,13 +112,6 @@ class _Body:
             if offset > len(self.data):
                 raise self._truncated(done, element)
             yield values, offset
-
-    def _code(self, kind: str) -> str:
-        if kind not in TYPES:
-            raise InputError(
-                f"{self.path}: expected property types {', '.join(TYPES)}; got {kind!r}"
-            )
-        return TYPES[kind]
 
     def _truncated(self, found: int, element: Element) -> InputError:
         return InputError(

@@ -14,7 +14,7 @@ TYPES = {
     "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4",
     "float": "f4", "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2",
     "int32": "i4", "uint32": "u4", "int64": "i8", "uint64": "u8", "float32": "f4",
-    "float64": "f8",
+    "float64": "f8", "bool": "u1",
 }  # fmt: skip
 FORMATS = ("ascii", "binary_little_endian", "binary_big_endian")
 
@@ -41,6 +41,12 @@ class Element:
         """Whether the records differ in length."""
         return any(p.count for p in self.properties)
 
+    @property
+    def scalars(self) -> tuple[Property, ...]:
+        """The properties that are no lists; of several with one name the first."""
+        first = {p.name: p for p in reversed(self.properties) if p.count is None}
+        return tuple(p for p in self.properties if first.get(p.name) is p)
+
 
 @dataclass(frozen=True)
 class Header:
@@ -56,6 +62,19 @@ class Header:
     def vertex_index(self) -> int:
         """Where in `elements` the vertices are."""
         return [e.name for e in self.elements].index("vertex")
+
+
+def code_of(kind: str, path: Path) -> str:
+    """NumPy's code for the name of a scalar type, without the byte order.
+
+    Raises
+    ------
+    InputError
+        If there is no such type.
+    """
+    if kind not in TYPES:
+        raise InputError(f"{path}: expected property types {', '.join(TYPES)}; got {kind!r}")
+    return TYPES[kind]
 
 
 def read_header(data: bytes, path: Path) -> Header:
