@@ -14,6 +14,7 @@ from mvreg.kernels import (
     grid,
     hidden,
     icp,
+    lzf,
     moments,
     normal_equations,
     overlap,
@@ -131,6 +132,7 @@ def cases():
         "ransac.consensus": (
             ransac.consensus, (points[:K], points[:K], m["pairs"], ends, m["draws"], 0.5),
         ),
+        "lzf.decompress": (lzf.decompress, (b"\x00a" * 5, 5)),
         "text.parse_rows": (text.parse_rows, (b"x\n1 2 3\n4 5 6\n", 2, 2, 3)),
         "tree.Tree": (Tree, (points,)),
         "tree.Tree.query": (index.query, (points, [1, 3], 0.5)),
