@@ -99,7 +99,7 @@ class Spoilt(ScanSource):
         points = _drawn(scan.points, 1 - self.drop, rng)
         lower, upper = points.min(axis=0), points.max(axis=0)
         if deviation > 0:
-            points = points + deviation * _errors(replace(scan, points=points), rng)
+            points = points + deviation * _errors(replace(scan, points=points, attributes={}), rng)
         if self.outliers > 0:
             count = round(len(points) * self.outliers / (1 - self.outliers))
             margin = MARGIN * (upper - lower).max()
@@ -108,7 +108,7 @@ class Spoilt(ScanSource):
             points = np.insert(points, rng.integers(0, len(points) + 1, size=count), false, axis=0)
         if thinned:
             points = _drawn(points, 1 / self.thin, rng)
-        return replace(scan, points=points)
+        return replace(scan, points=points, attributes={}, full=None)
 
 
 def _resolution(scans: tuple[Scan, ...]) -> float:

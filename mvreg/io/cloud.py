@@ -4,17 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
 from mvreg.types import Array
-
-#: Of any real type.
-Values = np.ndarray[Any, Any]
-
-#: Attributes with these names are vectors in the frame of the points, and turn with them.
-VECTORS: tuple[tuple[str, str, str], ...] = (("nx", "ny", "nz"),)
+from mvreg.types.attributes import Values
 
 
 @dataclass(frozen=True, eq=False)

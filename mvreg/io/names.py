@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from mvreg.io.cloud import Values
+from mvreg.types.attributes import Values
 
 #: Triples of names, and those that they stand for: of MeshLab's and PCL's files, and of tables.
 TRIPLES: dict[tuple[str, str, str], tuple[str, str, str]] = {

@@ -16,13 +16,14 @@ from pathlib import Path
 import numpy as np
 
 from mvreg.errors import InputError
-from mvreg.io.cloud import PointCloud, Values
+from mvreg.io.cloud import PointCloud
 from mvreg.io.names import with_usual_names
 from mvreg.io.pcd_header import Field, PcdHeader, read_header
 from mvreg.io.table import parse_lines
 from mvreg.kernels.lzf import decompress
 from mvreg.kernels.text import parse_rows
 from mvreg.types import Array
+from mvreg.types.attributes import Values
 
 
 def read_pcd(path: Path) -> PointCloud:

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from mvreg.errors import InputError
-from mvreg.io.cloud import Values
 from mvreg.io.ply_header import Element, Header, Property, code_of
 from mvreg.io.table import excerpt, parse_lines
 from mvreg.kernels.text import parse_rows
 from mvreg.types import Array
+from mvreg.types.attributes import Values
 
 #: What may be left at the end of a file.
 _NOTHING = " \t\r\n\0\x1a"

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from mvreg.errors import InputError
-from mvreg.io.cloud import Values
 from mvreg.io.ply_header import Element, Header, code_of
+from mvreg.types.attributes import Values
 
 #: NumPy's codes and those of `struct`.
 _STRUCT = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "i8": "q",

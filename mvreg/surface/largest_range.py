@@ -7,7 +7,7 @@ sphere about the sensor, whatever it looks at.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -77,7 +77,7 @@ def at_largest_range(scan: Scan) -> Flags:
 def without_largest_range(scan: Scan) -> Scan:
     """The scan without these points; the same one if there are none."""
     shell = at_largest_range(scan)
-    return replace(scan, points=scan.points[~shell]) if shell.any() else scan
+    return scan.chosen(~shell) if shell.any() else scan
 
 
 def remark_on_largest_range(scans: Sequence[Scan]) -> tuple[str, ...]:

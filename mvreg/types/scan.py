@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from mvreg.errors import InputError
 from mvreg.geometry import se3
 from mvreg.geometry.arrays import Array
 from mvreg.types import checks
+from mvreg.types.attributes import Attributes, FullPoints, Values, turned
 from mvreg.types.lazy import lazy
 
 if TYPE_CHECKING:
@@ -39,11 +40,16 @@ class Scan:
         The sensor's position, for a central projection.
     up : (3,) array, optional
         Unit vector against gravity, where the sensor was levelled; poses keep to it.
+    attributes : mapping of str to (N,) array
+        Colours, intensity, normals and other scalars of the points, under the names that
+        `mvreg.io.PointCloud` gives them. Registration does not use them; the model has them.
+    full : FullPoints, optional
+        Where `points` are a part of what was scanned: the way to all of it, for the model.
 
     Raises
     ------
     InputError
-        If the points are not (N, 3), not finite or none at all.
+        If the points are not (N, 3), not finite or none at all; if an attribute is not (N,).
     """
 
     name: str
@@ -51,6 +57,8 @@ class Scan:
     view_direction: Array | None = None
     view_point: Array | None = None
     up: Array | None = None
+    attributes: Attributes = field(default_factory=dict)
+    full: FullPoints | None = None
 
     def __post_init__(self) -> None:
         try:
@@ -72,6 +80,12 @@ class Scan:
             )
         points.flags.writeable = False  # the trees and the views share them
         object.__setattr__(self, "points", points)
+        for key, values in self.attributes.items():
+            if np.shape(values) != (len(points),):
+                raise InputError(
+                    f"scan {self.name!r}: expected attribute {key!r} of {len(points)} points, got "
+                    f"an array {np.shape(values)}"
+                )
         for key in ("view_direction", "view_point", "up"):
             vector = getattr(self, key)
             if vector is None:
@@ -116,7 +130,40 @@ class Scan:
             view_direction=None if direction is None else transform[:3, :3] @ direction,
             view_point=None if point is None else se3.apply(transform, point[None])[0],
             up=None if up is None else transform[:3, :3] @ up,
+            attributes=turned(self.attributes, transform[:3, :3]),
+            full=None if self.full is None else Moved(self.full, transform),
         )
+
+    def chosen(self, which: Values) -> Scan:
+        """The points that a mask (N,) or indices (M,) choose, with their attributes."""
+        return replace(
+            self,
+            points=self.points[which],
+            attributes={name: values[which] for name, values in self.attributes.items()},
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Moved:
+    """`FullPoints` in another frame; `transform` (4, 4) leads there from theirs."""
+
+    full: FullPoints
+    transform: Array
+
+    @property
+    def count(self) -> int:
+        """As theirs."""
+        return self.full.count
+
+    @property
+    def kinds(self) -> Mapping[str, np.dtype[Any]]:
+        """As theirs."""
+        return self.full.kinds
+
+    def __call__(self) -> tuple[Array, Attributes]:
+        """Read and move them."""
+        points, attributes = self.full()
+        return se3.apply(self.transform, points), turned(attributes, self.transform[:3, :3])
 
 
 @dataclass(frozen=True, eq=False)
