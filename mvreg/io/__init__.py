@@ -2,7 +2,7 @@
 
 from mvreg.io.cloud import PointCloud
 from mvreg.io.formats import FORMATS, Format, ReadOptions
-from mvreg.io.ply_write import write_ply
+from mvreg.io.ply_write import write_ply, write_ply_clouds
 from mvreg.io.points import READERS, SUPPORTED, read_cloud, read_clouds, read_points
 from mvreg.io.poses import read_poses
 
@@ -18,4 +18,5 @@ __all__ = [
     "read_points",
     "read_poses",
     "write_ply",
+    "write_ply_clouds",
 ]

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from mvreg.errors import InputError
-from mvreg.io.cloud import PointCloud
+from mvreg.io.cloud import PointCloud, stacked
 from mvreg.io.names import with_usual_names
 from mvreg.io.pcd_header import Field, PcdHeader, read_header
 from mvreg.io.table import parse_lines
@@ -40,7 +40,7 @@ def read_pcd(path: Path) -> PointCloud:
         raise _truncated(path, f"{len(data)} bytes", header)
     kinds = {"ascii": _ascii, "binary": _binary, "binary_compressed": _compressed}
     values = kinds[header.data](data, header, path)
-    points = np.stack([values.pop(axis).astype(np.float64) for axis in "xyz"], axis=1)
+    points = stacked(values)
     lists = [f"{f.name} ({f.count} values)" for f in header.fields if f.count > 1 and f.name != "_"]
     remarks = (f"fields left out: {', '.join(lists)}",) if lists else ()
     return PointCloud(points, header.view_point, with_usual_names(values), remarks=remarks)

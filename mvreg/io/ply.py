@@ -9,10 +9,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-
 from mvreg.errors import InputError
-from mvreg.io.cloud import PointCloud
+from mvreg.io.cloud import PointCloud, stacked
 from mvreg.io.names import with_usual_names
 from mvreg.io.ply_ascii import read_ascii
 from mvreg.io.ply_binary import read_binary
@@ -32,7 +30,7 @@ def read_ply(path: Path) -> PointCloud:
     _check_size(header, len(data) - header.size, path)
     read = read_ascii if header.format == "ascii" else read_binary
     values = read(data, header, path)
-    points = np.stack([values.pop(axis).astype(np.float64) for axis in "xyz"], axis=1)
+    points = stacked(values)
     return PointCloud(points, attributes=with_usual_names(values))
 
 

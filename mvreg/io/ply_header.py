@@ -16,6 +16,7 @@ TYPES = {
     "int32": "i4", "uint32": "u4", "int64": "i8", "uint64": "u8", "float32": "f4",
     "float64": "f8", "bool": "u1",
 }  # fmt: skip
+USUAL = {"x", "y", "z", "nx", "ny", "nz", "red", "green", "blue", "alpha", "intensity"}
 FORMATS = ("ascii", "binary_little_endian", "binary_big_endian")
 
 
@@ -140,12 +141,17 @@ def _element(words: list[str], where: str) -> Element:
 
 
 def _property(words: list[str], where: str) -> Property:
-    match [word.lower() for word in words]:
-        case ["list", count, kind, name, *_]:
-            return Property(name, kind, count)
-        case [kind, name, *_] if kind != "list":
-            return Property(name, kind)
+    match [words, [word.lower() for word in words]]:
+        case [[_, _, _, name, *_], ["list", count, kind, *_]]:
+            return Property(usual(name), kind, count)
+        case [[_, name, *_], [kind, *_]] if kind != "list":
+            return Property(usual(name), kind)
     raise InputError(f"{where}: expected 'property TYPE NAME', got {excerpt(' '.join(words))}")
+
+
+def usual(name: str) -> str:
+    """A name as written, but for those that others write in small letters."""
+    return name.lower() if name.lower() in USUAL else name
 
 
 def _check_vertex(header: Header, path: Path) -> None:

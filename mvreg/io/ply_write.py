@@ -1,14 +1,27 @@
-"""Write points as binary PLY."""
+"""Write points as binary PLY, at once or piece by piece."""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any, BinaryIO
 from uuid import uuid4
 
 import numpy as np
 
 from mvreg.errors import InputError
+from mvreg.io.cloud import PointCloud
 from mvreg.types import Array
+
+#: PLY's names for NumPy's types; it has none for 64-bit integers and for booleans.
+KINDS = {"f8": "double", "f4": "float", "i4": "int", "u4": "uint", "i2": "short", "u2": "ushort",
+         "i1": "char", "u1": "uchar"}  # fmt: skip
+#: The coordinates in a record; attributes may be called x, too.
+AXES = ("0", "1", "2")
+#: Rows written at a time.
+ROWS = 1 << 16
 
 
 def write_ply(path: str | Path, points: Array, normals: Array | None = None) -> None:
@@ -33,17 +46,83 @@ def write_ply(path: str | Path, points: Array, normals: Array | None = None) -> 
     """
     path = Path(path)
     points = _checked(points, "points", path)
-    fields = [(axis, "<f8") for axis in "xyz"]
+    values: dict[str, Array] = {}
     if normals is not None:
         normals = _checked(normals, "normals", path)
         if len(normals) != len(points):
             raise InputError(f"{path}: expected {len(points)} normals, got {len(normals)}")
-        fields += [(axis, "<f4") for axis in ("nx", "ny", "nz")]
-    table = np.empty(len(points), dtype=fields)
-    columns = points if normals is None else np.hstack([points, normals])
-    for (name, _), column in zip(fields, columns.T, strict=True):
-        table[name] = column
-    _replace(path, _header(fields, len(points)) + table.tobytes())
+        values = dict(zip(("nx", "ny", "nz"), normals.astype(np.float32).T, strict=True))
+    write_ply_clouds(
+        path,
+        [PointCloud(points, attributes=values)],
+        {name: column.dtype for name, column in values.items()},
+    )
+
+
+def write_ply_clouds(
+    path: str | Path, clouds: Iterable[PointCloud], kinds: Mapping[str, np.dtype[Any]]
+) -> int:
+    """Write clouds into one file, one after the other, as `write_ply` does.
+
+    Only one cloud need be in memory at a time.
+
+    Parameters
+    ----------
+    path : str or Path
+        Missing folders are made; an existing file is replaced.
+    clouds : iterable of PointCloud
+        Of whose attributes those in `kinds` are written. A cloud that lacks one gets NaN, or 0
+        where the type is whole.
+    kinds : mapping of str to dtype
+        The attributes and the types that they are written in: PLY has no 64-bit integers, which
+        become doubles.
+
+    Returns
+    -------
+    int
+        How many points were written.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    path = Path(path)
+    codes = {name: _code(kind) for name, kind in kinds.items()}
+    record = np.dtype(
+        [*((axis, "<f8") for axis in AXES), *((n, f"<{c}") for n, c in codes.items())]
+    )
+    words = property_names(codes)
+    count = 0
+    with _replaced(path) as stream:
+        stream.write(_header(record, words, 0))
+        for cloud in clouds:
+            for first in range(0, len(cloud.points), ROWS):
+                _rows(cloud, record, first).tofile(stream)
+            count += len(cloud.points)
+        stream.flush()
+        stream.seek(0)
+        stream.write(_header(record, words, count))
+    return count
+
+
+def _rows(cloud: PointCloud, record: np.dtype[Any], first: int) -> np.ndarray[Any, Any]:
+    piece = slice(first, first + ROWS)
+    points = cloud.points[piece]
+    table = np.zeros(len(points), dtype=record)
+    for axis, column in zip(AXES, points.T, strict=True):
+        table[axis] = column
+    for name in (record.names or ())[3:]:
+        if name in cloud.attributes:
+            table[name] = cloud.attributes[name][piece]
+        elif record[name].kind == "f":
+            table[name] = np.nan
+    return table
+
+
+def _code(kind: np.dtype[Any]) -> str:
+    code = f"{kind.kind}{kind.itemsize}".replace("b1", "u1").replace("f2", "f4")
+    return code if code in KINDS else "f8"
 
 
 def _checked(array: Array, what: str, path: Path) -> Array:
@@ -53,19 +132,40 @@ def _checked(array: Array, what: str, path: Path) -> Array:
     return array
 
 
-def _header(fields: list[tuple[str, str]], count: int) -> bytes:
-    kinds = {"<f8": "double", "<f4": "float"}
-    properties = [f"property {kinds[kind]} {name}" for name, kind in fields]
-    lines = ["ply", "format binary_little_endian 1.0", "comment written by mvreg",
+def property_names(names: Iterable[str]) -> list[str]:
+    """The names of attributes as words of ASCII, none twice and none a coordinate's."""
+    found = ["x", "y", "z"]
+    for name in names:
+        word = re.sub(r"[^A-Za-z0-9_.:\[\]-]+", "_", name).strip("_") or "scalar"
+        number = 1
+        stem = word
+        while word in found:
+            number += 1
+            word = f"{stem}_{number}"
+        found.append(word)
+    return found[3:]
+
+
+def _header(record: np.dtype[Any], words: list[str], count: int) -> bytes:
+    """The header, of one length whatever the count: a comment fills it up."""
+    kinds = [KINDS[record[name].str[1:]] for name in record.names or ()]
+    properties = [
+        f"property {kind} {word}" for kind, word in zip(kinds, ["x", "y", "z", *words], strict=True)
+    ]
+    room = " " * (15 - len(str(count)))
+    lines = ["ply", "format binary_little_endian 1.0", f"comment written by mvreg{room}",
              f"element vertex {count}", *properties, "end_header", ""]  # fmt: skip
     return "\n".join(lines).encode("ascii")
 
 
-def _replace(path: Path, content: bytes) -> None:
+@contextmanager
+def _replaced(path: Path) -> Iterator[BinaryIO]:
+    """A file to write that takes the place of `path` once it is whole."""
     part = path.with_name(f".{path.name}.{uuid4().hex[:8]}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        part.write_bytes(content)
+        with part.open("w+b") as stream:
+            yield stream
         part.replace(path)
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror or error}") from error

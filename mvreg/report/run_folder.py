@@ -10,7 +10,7 @@ from pathlib import Path, PurePath
 
 import numpy as np
 
-from mvreg.geometry import se3
+from mvreg.report.model import model_clouds, model_kinds
 from mvreg.types import Array, Result, ScanSet
 
 #: Bytes of a scan's name in a file name, of the 255 that file systems allow.
@@ -84,11 +84,10 @@ def write_poses(folder: Path, scanset: ScanSet, poses: Mapping[str, Array]) -> N
 
 
 def write_model(path: Path, scanset: ScanSet, poses: Mapping[str, Array]) -> None:
-    """All points of the placed scans in their model's frame."""
-    from mvreg.io import write_ply
+    """All points of the placed scans in their model's frame, with their attributes."""
+    from mvreg.io import write_ply_clouds
 
-    placed = [scan for scan in scanset.scans if scan.name in poses]
-    write_ply(path, np.concatenate([se3.apply(poses[s.name], s.points) for s in placed]))
+    write_ply_clouds(path, model_clouds(scanset, poses), model_kinds(scanset, poses))
 
 
 def link_latest(folder: Path) -> None:

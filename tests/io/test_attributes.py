@@ -7,7 +7,8 @@ import pytest
 
 from mvreg._open3d import load_open3d
 from mvreg.errors import InputError
-from mvreg.io import read_cloud
+from mvreg.io import PointCloud, read_cloud, write_ply_clouds
+from mvreg.io import ply_write as write_ply_module
 from mvreg.kernels.lzf import decompress
 
 RNG = np.random.default_rng(5)
@@ -159,3 +160,36 @@ def test_lzf():
     assert decompress(packed[:-1], 22) is None
     assert decompress(bytes([32, 0]), 3) is None  # from before the beginning
     assert decompress(packed, 10**9) is None
+
+
+def test_that_ply_written_piece_by_piece_is_read_back(tmp_path):
+    many = write_ply_module.ROWS + 7
+    rng = np.random.default_rng(0)
+    whole = PointCloud(
+        rng.normal(size=(many, 3)) + 5e6,
+        attributes={"red": rng.integers(0, 9, many).astype(np.uint8), "x": rng.normal(size=many),
+                    "GPS time (s)": rng.normal(size=many), "n": np.arange(many)},
+    )  # fmt: skip
+    poor = PointCloud(np.zeros((3, 3)))
+    kinds = {name: values.dtype for name, values in whole.attributes.items()}
+    assert write_ply_clouds(tmp_path / "a.ply", iter([whole, poor]), kinds) == many + 3
+    found = read_cloud(tmp_path / "a.ply")
+    np.testing.assert_array_equal(found.points, [*whole.points, *poor.points])
+    names = {"red": "red", "x": "x_2", "GPS time (s)": "GPS_time_s", "n": "n"}
+    for name, word in names.items():
+        np.testing.assert_array_equal(found.attributes[word][:many], whole.attributes[name])
+        missing = 0 if name == "red" else np.nan
+        np.testing.assert_array_equal(found.attributes[word][many:], missing)
+
+
+def test_that_other_programs_read_what_is_written(tmp_path):
+    o3d = load_open3d()
+    values = dict(zip(("red", "green", "blue"), COLOURS.T, strict=True))
+    values |= dict(zip(("nx", "ny", "nz"), NORMALS.T, strict=True)) | {"intensity": INTENSITY}
+    kinds = {name: column.dtype for name, column in values.items()}
+    write_ply_clouds(tmp_path / "a.ply", [PointCloud(POINTS, attributes=values)], kinds)
+    cloud = o3d.t.io.read_point_cloud(str(tmp_path / "a.ply"))
+    np.testing.assert_array_equal(cloud.point.positions.numpy(), POINTS)
+    np.testing.assert_array_equal(cloud.point.colors.numpy(), COLOURS)
+    np.testing.assert_array_equal(cloud.point.normals.numpy(), NORMALS)
+    np.testing.assert_array_equal(cloud.point.intensity.numpy()[:, 0], INTENSITY)

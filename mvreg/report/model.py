@@ -1,0 +1,81 @@
+"""The merged model: all points of the placed scans in one frame, with what is known of each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from mvreg.geometry import se3
+from mvreg.io import PointCloud
+from mvreg.types import Array, Scan, ScanSet
+from mvreg.types.attributes import Values, turned
+
+#: The number of a point's scan among the scans of the run, from 0, in the order of the report.
+INDEX = "scan_index"
+COLOURS = ("red", "green", "blue")
+
+
+def model_kinds(scanset: ScanSet, poses: Mapping[str, Array]) -> dict[str, np.dtype[Any]]:
+    """The attributes of the model by name: those of any placed scan, and `INDEX`.
+
+    The type of one holds the values of all scans. Colours of 8 and 16 bits become 16 bits.
+    """
+    found: dict[str, np.dtype[Any]] = {}
+    for scan in placed(scanset, poses):
+        for name, kind in kinds_of(scan).items():
+            found[name] = np.result_type(found[name], kind) if name in found else kind
+    return found | {INDEX: np.dtype(np.uint16 if len(scanset.scans) < 1 << 16 else np.uint32)}
+
+
+def model_clouds(scanset: ScanSet, poses: Mapping[str, Array]) -> Iterator[PointCloud]:
+    """The placed scans in the frame of the poses, one at a time, in the order of the set.
+
+    Parameters
+    ----------
+    scanset : ScanSet
+        Scans of which only a part is held are read again, in full.
+    poses : mapping of str to (4, 4) array
+        ``T_model_scan``.
+
+    Yields
+    ------
+    PointCloud
+        Its name is the scan's; its attributes are in the types of `model_kinds`.
+
+    Raises
+    ------
+    InputError
+        If a file that is to be read again is not what it was.
+    """
+    kinds = model_kinds(scanset, poses)
+    numbers = {scan.name: number for number, scan in enumerate(scanset.scans)}
+    for scan in placed(scanset, poses):
+        points, attributes = scan.full() if scan.full else (scan.points, scan.attributes)
+        pose = poses[scan.name]
+        values = {
+            name: widened(name, column, kinds[name])
+            for name, column in turned(attributes, pose[:3, :3]).items()
+        }
+        values[INDEX] = np.full(len(points), numbers[scan.name], dtype=kinds[INDEX])
+        yield PointCloud(se3.apply(pose, points), attributes=values, name=scan.name)
+
+
+def placed(scanset: ScanSet, poses: Mapping[str, Array]) -> list[Scan]:
+    """The scans that have a pose."""
+    return [scan for scan in scanset.scans if scan.name in poses]
+
+
+def kinds_of(scan: Scan) -> dict[str, np.dtype[Any]]:
+    """The types of a scan's attributes by name."""
+    if scan.full is not None:
+        return dict(scan.full.kinds)
+    return {name: values.dtype for name, values in scan.attributes.items()}
+
+
+def widened(name: str, values: Values, kind: np.dtype[Any]) -> Values:
+    """Values in the type of the model; colours of 8 bits spread over 16, so that white stays so."""
+    if name in COLOURS and values.dtype == np.uint8 and kind == np.uint16:
+        return values.astype(kind) * np.uint16(257)
+    return values.astype(kind, copy=False)
