@@ -11,9 +11,10 @@ from pathlib import Path
 import numpy as np
 
 from mvreg.datasets.base import ScanSource
+from mvreg.datasets.large import MOST_POINTS, held
 from mvreg.datasets.no_returns import remark_on_zeros, without_zeros
 from mvreg.errors import InputError
-from mvreg.io import SUPPORTED, read_cloud, read_poses
+from mvreg.io import SUPPORTED, PointCloud, read_cloud, read_poses
 from mvreg.parallel import in_threads
 from mvreg.types import Array, Scan, ScanSet
 
@@ -45,6 +46,9 @@ class Folder(ScanSource):
         Which files to take, ``"*.ply"`` for instance.
     unit : str
         The unit of length, for people to read; nothing is converted.
+    most_points : int
+        Of a scan with more points than so many, so many are registered, drawn at random; 0 for no
+        limit. The model has all points, whatever it is.
     """
 
     path: str = ""
@@ -52,6 +56,7 @@ class Folder(ScanSource):
     pattern: str = "*"
     unit: str = "file"
     path_in: str = ""
+    most_points: int = MOST_POINTS
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -59,6 +64,8 @@ class Folder(ScanSource):
             raise InputError(
                 f"dataset.pattern={self.pattern!r}: expected a pattern of file names, like '*.ply'"
             )
+        if self.most_points < 0:
+            raise InputError(f"dataset.most_points={self.most_points}: expected 0 or more")
         if not self.unit:
             raise InputError("dataset.unit: expected a unit of length or 'file', got nothing")
 
@@ -80,7 +87,7 @@ class Folder(ScanSource):
             raise InputError("dataset=folder needs the folder with your scans: dataset.path=DIR")
         folder = self._folder()
         files = self._files(folder)
-        read = _read_all(files)
+        read = _read_all(files, self.most_points)
         scans = tuple(each.scan for each in read)
         poses = self._poses(folder, [scan.name for scan in scans]) if self.ground_truth else None
         return ScanSet(
@@ -152,9 +159,9 @@ class _Read:
     dropped: int
 
 
-def _read_all(files: list[Path]) -> list[_Read]:
+def _read_all(files: list[Path], most: int) -> list[_Read]:
     """Read every file, and report all that cannot be read at once."""
-    found = in_threads(_read, files)
+    found = in_threads(lambda file: _read(file, most), files)
     errors = [f"  {each}" for each in found if isinstance(each, InputError)]
     if errors:
         raise InputError(
@@ -166,13 +173,20 @@ def _read_all(files: list[Path]) -> list[_Read]:
     return [each for each in found if isinstance(each, _Read)]
 
 
-def _read(file: Path) -> _Read | InputError:
+def _read(file: Path, most: int) -> _Read | InputError:
+    def points() -> tuple[PointCloud, int]:
+        return without_zeros(read_cloud(file), file)
+
     try:
-        cloud = read_cloud(file)
-        points, dropped = without_zeros(cloud.points, file)
+        cloud, dropped = points()
+        kept, full = held(cloud, file, lambda: points()[0], most)
     except InputError as error:
         return error
-    return _Read(Scan(file.name, points, view_point=cloud.view_point), dropped)
+    return _Read(
+        Scan(file.name, kept.points, view_point=cloud.view_point, attributes=kept.attributes,
+             full=full),
+        dropped,
+    )  # fmt: skip
 
 
 def _few(names: list[str]) -> str:

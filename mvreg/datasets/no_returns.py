@@ -8,22 +8,23 @@ from pathlib import Path
 import numpy as np
 
 from mvreg.errors import InputError
-from mvreg.types import Array
+from mvreg.io import PointCloud
 
 
-def without_zeros(points: Array, path: Path) -> tuple[Array, int]:
+def without_zeros(cloud: PointCloud, path: Path) -> tuple[PointCloud, int]:
     """Drop the points at exactly 0, 0, 0 if there are several of them; a single one may be real.
 
     Parameters
     ----------
-    points : (N, 3) array
+    cloud : PointCloud
+        Of N points.
     path : Path
-        The file that they are from, for the message.
+        The file that it is from, for the message.
 
     Returns
     -------
-    points : (M, 3) array
-        The others, M >= 1, in their order.
+    cloud : PointCloud
+        Of the others, M >= 1, in their order.
     dropped : int
         N - M.
 
@@ -32,16 +33,16 @@ def without_zeros(points: Array, path: Path) -> tuple[Array, int]:
     InputError
         If there are no others.
     """
-    zero = ~points.any(axis=1)
+    zero = np.asarray(~cloud.points.any(axis=1))
     dropped = int(np.count_nonzero(zero))
     if dropped < 2:
-        return points, 0
-    if dropped == len(points):
+        return cloud, 0
+    if dropped == len(zero):
         raise InputError(
             f"{path}: expected coordinates, found 0, 0, 0 in all {dropped} points, which means "
             "that the sensor saw nothing; leave this file out"
         )
-    return points[~zero], dropped
+    return cloud.chosen(~zero), dropped
 
 
 def remark_on_zeros(dropped: Mapping[str, int]) -> tuple[str, ...]:
