@@ -13,6 +13,7 @@ import numpy as np
 from mvreg import contracts, events
 from mvreg.errors import InputError
 from mvreg.geometry.nearest import mean_spacing
+from mvreg.initial import with_initial
 from mvreg.parallel import in_threads, one_by_one
 from mvreg.screening import refine_best
 from mvreg.stage_calls import check_described, checked
@@ -176,6 +177,7 @@ class Pipeline:
             seeds = checked("seed", self.seed)(source, target)
         with timed(seconds, "propagate"):
             candidates = checked("propagate", self.propagate)(source, target, seeds, rng)
+            candidates = with_initial(candidates, source, target)
         with timed(seconds, "refine"):
             registration = refine_best(refine, source, target, candidates, rejected_early)
         if registration is None:

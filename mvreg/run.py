@@ -19,6 +19,7 @@ from mvreg.events import (
     ViewPlaced,
     ViewPrepared,
 )
+from mvreg.initial import in_their_frame
 from mvreg.pipeline import Pipeline
 from mvreg.plugins import manager
 from mvreg.stage_calls import checked
@@ -72,6 +73,7 @@ def run(
     seconds : dict
         Time per stage, and in all.
     """
+    check_fixed(scans, method)
     start = time.perf_counter()
     watch = Stopwatch(emit)
     pipeline = method.pipeline.observed_by(watch).checked()
@@ -80,9 +82,31 @@ def run(
     before = time.perf_counter()
     emit(AdjustStarted(result))
     result = checked("adjust", method.adjust)(result, views, pipeline)
+    result = in_their_frame(result, scans)
     watch.add("adjust", time.perf_counter() - before)
     watch.add("total", time.perf_counter() - start)
     return result, views, watch.seconds
+
+
+def check_fixed(scans: Sequence[Scan], method: Method) -> None:
+    """Refuse several fixed scans for stages that would move them against each other.
+
+    A stage that holds them says so by an attribute ``holds_fixed``.
+
+    Raises
+    ------
+    InputError
+        Names the stage.
+    """
+    if sum(scan.fixed for scan in scans) < 2:
+        return
+    for kind in ("strategy", "adjust"):
+        stage = getattr(method, kind)
+        if not getattr(stage, "holds_fixed", False):
+            raise InputError(
+                f"dataset.fixed: {type(stage).__name__} cannot hold several scans; fix one, or "
+                f"use {'strategy=best_first' if kind == 'strategy' else 'adjust=joint'}"
+            )
 
 
 def load_method(name: str = "auto", changes: Mapping[str, object] | None = None) -> Method:

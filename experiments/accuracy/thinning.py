@@ -59,8 +59,8 @@ def register(folder: Path, name: str, most: int) -> dict[str, float]:
     errors = report["errors"]["mean"]
     return {
         "placed": len(report["poses"]),
-        "e_R": errors["e_R"],
-        "e_t": errors["e_t"],
+        "e_R": errors["rotation"],
+        "e_t": errors["translation"],
         "seconds": spent,
         "registration": report["seconds"]["total"],
         "MB": usage.ru_maxrss / 1024,

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 import numpy as np
 
+from mvreg.datasets.initial import tell_initial
 from mvreg.datasets.sensors import AUTO, check_sensor, tell_sensor, tell_upright
 from mvreg.errors import InputError
 from mvreg.geometry import se3
@@ -37,6 +38,13 @@ class ScanSource:
         if they do; ``origin``: at the origin of the scan's coordinates (a view point); ``+x``,
         ``-x``, ``+y``, ``-y``, ``+z``, ``-z``: far away in this direction, as seen from the
         surface (a view direction).
+    initial : str
+        Poses known beforehand, from somewhere else: a file of ``T_world_scan`` as
+        `mvreg.io.read_poses` takes it, or ``file`` for those that the scans' own files have. They
+        are tried beside whatever registration finds, and judged as that is.
+    fixed : list of str
+        Scans that keep their pose of `initial`, or that of their file, or the identity if there is
+        neither; the others come to them, into their frame.
     upright : bool
         The scanner was levelled: the vertical of every scan is +z in the frame that it has before
         it is moved. Poses between such scans keep to it.
@@ -46,6 +54,8 @@ class ScanSource:
     scramble: bool = False
     sensor: str = AUTO
     upright: bool = False
+    initial: str = ""
+    fixed: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         try:
@@ -60,7 +70,7 @@ class ScanSource:
         raise NotImplementedError(f"{type(self).__name__} does not define load()")
 
     def __call__(self, rng: np.random.Generator) -> ScanSet:
-        """Load, tell the sensors and the vertical, then shuffle and scramble as asked.
+        """Load, tell sensors, vertical and initial poses, then shuffle and scramble as asked.
 
         Raises
         ------
@@ -70,6 +80,8 @@ class ScanSource:
         scans = tell_sensor(self.load(rng), self.sensor)
         if self.upright:
             scans = tell_upright(scans)
+        if self.initial or self.fixed:
+            scans = tell_initial(scans, self.initial, self.fixed)
         if self.order is Order.shuffle:
             chosen = rng.permutation(len(scans.scans))
             scans = replace(scans, scans=tuple(scans.scans[i] for i in chosen))

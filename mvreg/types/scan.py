@@ -40,6 +40,10 @@ class Scan:
         The sensor's position, for a central projection.
     up : (3,) array, optional
         Unit vector against gravity, where the sensor was levelled; poses keep to it.
+    initial : (4, 4) array, optional
+        ``T_world_scan`` as known beforehand, from somewhere else: a pose to be tried.
+    fixed : bool
+        `initial` is the pose that the scan has, and keeps.
     attributes : mapping of str to (N,) array
         Colours, intensity, normals and other scalars of the points, under the names that
         `mvreg.io.PointCloud` gives them. Registration does not use them; the model has them.
@@ -57,6 +61,8 @@ class Scan:
     view_direction: Array | None = None
     view_point: Array | None = None
     up: Array | None = None
+    initial: Array | None = None
+    fixed: bool = False
     attributes: Attributes = field(default_factory=dict)
     full: FullPoints | None = None
 
@@ -80,6 +86,11 @@ class Scan:
             )
         points.flags.writeable = False  # the trees and the views share them
         object.__setattr__(self, "points", points)
+        if self.initial is not None:
+            initial = checks.named_poses("Scan.initial", {self.name: self.initial})[self.name]
+            object.__setattr__(self, "initial", initial)
+        elif self.fixed:
+            raise InputError(f"scan {self.name!r}: expected the pose of a fixed scan, got none")
         for key, values in self.attributes.items():
             if np.shape(values) != (len(points),):
                 raise InputError(
@@ -130,6 +141,7 @@ class Scan:
             view_direction=None if direction is None else transform[:3, :3] @ direction,
             view_point=None if point is None else se3.apply(transform, point[None])[0],
             up=None if up is None else transform[:3, :3] @ up,
+            initial=None if self.initial is None else self.initial @ se3.invert(transform),
             attributes=turned(self.attributes, transform[:3, :3]),
             full=None if self.full is None else Moved(self.full, transform),
         )
@@ -178,6 +190,7 @@ class ScanSet:
     `motions` maps the names of scans that were moved since they were read to ``T_scan_read``
     (4, 4): errors are reported for the frames that the files have.
     `sensors` maps the names of scans whose sensor the ``file`` or the ``user`` told to that word.
+    `initial` maps the names of scans whose files give a pose to that ``T_world_scan`` (4, 4).
     `remarks` are sentences on what was done to the scans when they were read.
     """
 
@@ -189,6 +202,7 @@ class ScanSet:
     motions: Mapping[str, Array] = field(default_factory=dict)
     sensors: Mapping[str, str] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
+    initial: Mapping[str, Array] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.poses is not None:
@@ -196,6 +210,7 @@ class ScanSet:
         if self.objects is not None:
             checks.instance("ScanSet.objects", self.objects, Mapping)
         checks.keep(self, motions=checks.named_poses("ScanSet.motions", self.motions))
+        checks.keep(self, initial=checks.named_poses("ScanSet.initial", self.initial))
         checks.instance("ScanSet.sensors", self.sensors, Mapping)
         checks.instance("ScanSet.remarks", self.remarks, tuple)
 

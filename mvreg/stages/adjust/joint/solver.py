@@ -55,18 +55,18 @@ class Settled:
 
 @dataclass(frozen=True, eq=False)
 class Solver:
-    """The least-squares problem: named surfaces, the `fixed` one, and the stage's parameters."""
+    """The least-squares problem: named surfaces, the `fixed` ones, and the stage's parameters."""
 
     surfaces: Sequence[Surface]
     names: tuple[str, ...]
-    fixed: int
+    fixed: frozenset[int]
     resolution: float
     reach: float
     kernel: float
     max_rounds: int
 
     def settle(self, poses: Sequence[Array]) -> Settled | None:
-        """Optimise all poses connected to the fixed one by contacts; None if there are none."""
+        """Optimise all poses connected to a fixed one by contacts; None if there are none."""
         motions, found, free, least = np.stack(poses), None, list[int](), 1
         for stride, flat, near, still in PHASES:
             gate = Gate((near or self.reach) * self.resolution, max(stride, least), flat)
@@ -103,11 +103,12 @@ class Solver:
         return motions, found, free
 
     def held(self, motions: Array, gate: Gate) -> tuple[Contacts, list[int]]:
-        """Contacts among the scans connected to the fixed one, and the free poses among these."""
+        """Contacts among the scans connected to a fixed one, and the free poses among these."""
         pairs = touching(self.surfaces, motions, gate.reach)
         found = contacts(self.surfaces, motions, pairs, gate)
-        joined = reachable(map(tuple, found.ways.tolist()), self.fixed)
-        free = sorted(joined - {self.fixed})
+        ways = [*map(tuple, found.ways.tolist())]
+        joined = set().union(*(reachable(ways, k) for k in self.fixed))
+        free = sorted(joined - self.fixed)
         return found.some(np.isin(found.ways[:, 0], list(joined))), free
 
     def width(self, residuals: Rows, frame: Frame) -> float:
@@ -134,7 +135,7 @@ class Solver:
         known = covariances(residuals, system, frame, width, cell)
         return Settled(
             {self.names[k]: motions[k] for k in free},
-            {self.names[self.fixed]: np.zeros((6, 6))}
+            {self.names[k]: np.zeros((6, 6)) for k in sorted(self.fixed)}
             | {self.names[k]: block for k, block in zip(free, known, strict=True)},
             tuple(self.links(residuals, CUT * width, frame)),
         )

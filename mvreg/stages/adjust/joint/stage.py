@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 from mvreg.contracts import Pipeline
 from mvreg.errors import InputError
@@ -61,6 +62,7 @@ class JointRefinement:
     max_rounds: int = 30
     dense: bool = False
     guarded: bool = True
+    holds_fixed: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         for key in ("reach", "kernel"):
@@ -76,7 +78,9 @@ class JointRefinement:
 
     def improved(self, result: Result, views: Sequence[View]) -> Result:
         """Refine one partial model with its reference fixed; itself where that fails."""
-        poses, settled = self.refined(result.poses, result.reference, views)
+        fixed = {v.name for v in views if v.scan is not None and v.scan.fixed}
+        held = fixed & result.poses.keys() or {result.reference}
+        poses, settled = self.refined(result.poses, held, views)
         if settled is None:
             return result
         return replace(
@@ -84,16 +88,17 @@ class JointRefinement:
         )
 
     def refined(
-        self, poses: Mapping[str, Array], fixed: str, views: Sequence[View]
+        self, poses: Mapping[str, Array], fixed: Collection[str], views: Sequence[View]
     ) -> tuple[Mapping[str, Array], Settled | None]:
-        """Poses refined with that of the scan `fixed` held; None where that fails."""
+        """Poses refined with those of the scans `fixed` held; None where that fails."""
         placed = [view for view in views if view.name in poses and len(view.points)]
         names = [view.name for view in placed]
-        if len(placed) < 2 or fixed not in names or not placed[0].scale.resolution > 0:
+        if len(placed) < 2 or not set(fixed) & set(names) or not placed[0].scale.resolution > 0:
             return poses, None
         resolution = placed[0].scale.resolution
+        held = frozenset(names.index(name) for name in fixed if name in names)
         solver = Solver(
-            surfaces(placed, self.dense), tuple(names), names.index(fixed), resolution,
+            surfaces(placed, self.dense), tuple(names), held, resolution,
             self.reach, self.kernel, self.max_rounds,
         )  # fmt: skip
         settled = solver.settle([poses[name] for name in names])

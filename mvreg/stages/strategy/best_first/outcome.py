@@ -17,7 +17,8 @@ def outcome(models: PartialModels, scores: Array, pairs: Sequence[Pair]) -> Resu
     components = []
     for members in (largest, *(one for one in others if len(one) > 1)):
         inside = scores[np.ix_(members, members)].sum(axis=1)
-        first = int(members[int(inside.argmax())])
+        held = [k for k in members if (scan := models.views[k].scan) is not None and scan.fixed]
+        first = int(held[0] if held else members[int(inside.argmax())])
         order = [first, *(int(k) for k in members if k != first)]
         frame = se3.invert(models.poses[first])
         poses = {models.views[k].name: frame @ models.poses[k] for k in order}

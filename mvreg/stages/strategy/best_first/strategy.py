@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from typing import ClassVar
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from mvreg.errors import check_ascending, check_positive
 from mvreg.evidence.view_pair import surface_samples
 from mvreg.parallel import in_threads
 from mvreg.stages.strategy.best_first.growth import Growth
+from mvreg.stages.strategy.best_first.initial import join_fixed, with_initial_overlap
 from mvreg.stages.strategy.best_first.joint_verdict import error_probability
 from mvreg.stages.strategy.best_first.outcome import outcome
 from mvreg.stages.strategy.best_first.overlap_score import overlap_scores
@@ -61,6 +63,7 @@ class BestFirst:
     parts: int = 3
     max_failures: int = 10
     min_probability: float = 0.5
+    holds_fixed: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         check_ascending("strategy", radii=self.radii)
@@ -73,13 +76,16 @@ class BestFirst:
     ) -> Result:
         in_threads(surface_samples, views)  # prepared in parallel, not when first needed
         scores = overlap_scores(views, self.radii, self.neighbours)
+        scores = with_initial_overlap(scores, views)
         models = PartialModels(views)
+        held = join_fixed(models)
         search = Search(scores, models, self.parts, self.max_failures)
         growth = Growth(search, pipeline, scores, rng, self.min_probability)
         pipeline.begin(views[int(scores.sum(axis=1).argmax())])
         for _ in range(ROUNDS):
             growth.grow()
-            withdrawn = self.withdraw(models, pipeline.judge, growth.settlement.supported)
+            supported = growth.settlement.supported
+            withdrawn = self.withdraw(models, pipeline.judge, supported, held)
             growth.graph = growth.graph.without({views[k].name for k in withdrawn})
             if not withdrawn:
                 break
@@ -91,13 +97,17 @@ class BestFirst:
         return result
 
     def withdraw(
-        self, models: PartialModels, judge: Judge, supported: Collection[int] = ()
+        self,
+        models: PartialModels,
+        judge: Judge,
+        supported: Collection[int] = (),
+        held: Collection[int] = (),
     ) -> list[int]:
         """Withdraw every view that the evidence of its group contradicts; return which.
 
-        Of views that pairs in agreement `supported` less is asked.
+        Of views that pairs in agreement `supported` less is asked; those `held` stay.
         """
-        least = dict.fromkeys(supported, LEAST_POOLED)
+        least = dict.fromkeys(supported, LEAST_POOLED) | dict.fromkeys(held, -np.inf)
         withdrawn: list[int] = []
         for members in models.groups():
             left = waiting = members.tolist()
