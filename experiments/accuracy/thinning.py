@@ -16,6 +16,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -82,7 +83,12 @@ def main() -> None:
         for draw in range(arguments.draws):
             with tempfile.TemporaryDirectory() as folder:
                 scans = Path(folder) / "scans"
-                write(scans, name, arguments.points, draw)
+                # Elsewhere: the processes started here are born with this one's memory.
+                writer = get_context("spawn").Process(
+                    target=write, args=(scans, name, arguments.points, draw)
+                )
+                writer.start()
+                writer.join()
                 for most in arguments.most:
                     rows[most].append(register(scans, name, most))
         for most, found in rows.items():
