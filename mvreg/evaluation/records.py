@@ -11,17 +11,22 @@ from mvreg.evaluation.grade import Grade
 from mvreg.geometry import se3
 from mvreg.types import Array
 
+#: Times the standard deviation, 95 of 100 values of a normal distribution.
+TIMES_95 = 1.959964
+
 
 @dataclass(frozen=True)
 class Uncertainty:
     """How far a pose may be off by noise alone: `rotation` (degrees), `translation` (length).
 
     Root mean squares over all directions, from `Result.covariances`; of the translation that of
-    the scan's own middle. It says nothing of poses that are wrong altogether.
+    the scan's own middle. `axes_95` is half the width of the middle's 95 per cent interval along
+    each axis of the model frame (length). It says nothing of poses that are wrong altogether.
     """
 
     rotation: float
     translation: float
+    axes_95: tuple[float, float, float]
 
     @classmethod
     def of(cls, covariance: Array, pose: Array, points: Array) -> Uncertainty:
@@ -40,10 +45,10 @@ class Uncertainty:
         # A small twist (w, v) moves the middle c by v + w x c.
         jacobian = np.hstack([-se3.skew(middle), np.eye(3)])
         rotation = np.trace(covariance[:3, :3])
-        translation = np.trace(jacobian @ covariance @ jacobian.T)
-        return cls(
-            *np.sqrt(np.maximum([np.degrees(np.degrees(rotation)), translation], 0)).tolist()
-        )
+        moved = np.maximum(np.diagonal(jacobian @ covariance @ jacobian.T), 0)
+        x, y, z = (TIMES_95 * np.sqrt(moved)).tolist()
+        turned = np.degrees(np.sqrt(max(rotation, 0.0)))
+        return cls(float(turned), float(np.sqrt(moved.sum())), (x, y, z))
 
 
 @dataclass(frozen=True)

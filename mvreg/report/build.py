@@ -6,9 +6,11 @@ import platform
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from importlib import metadata
+from itertools import chain
 
 from mvreg.evaluation.assess import assess
 from mvreg.evaluation.pose_errors import consistency, result_errors
+from mvreg.evaluation.survey import loop_closures, survey_links
 from mvreg.report.json_file import SCHEMA, to_plain
 from mvreg.report.provenance import commit, machine
 from mvreg.report.rows import (
@@ -17,6 +19,7 @@ from mvreg.report.rows import (
     errors_row,
     grade_row,
     link_rows,
+    loop_rows,
     pair_rows,
     scan_row,
 )
@@ -70,6 +73,10 @@ def build_report(
     errors, apart = result_errors(result, scanset)
     by_scan = {name: e for each in (errors, *apart) if each for name, e in each.scans.items()}
     assessment = assess(result, views)
+    surveyed = {
+        number: survey_links(poses, views)
+        for number, poses in enumerate((result.poses, *result.components), start=1)
+    }
     resolution = views[0].scale.resolution if views else None
     complete = "incomplete" if result.unregistered or result.components else "complete"
     report = {
@@ -94,7 +101,8 @@ def build_report(
             {**scan_row(scan.name, result, by_scan, assessment), "sensor": scanset.sensor_of(scan)}
             for scan in scanset.scans
         ],
-        "links": link_rows(assessment, result, resolution),
+        "links": link_rows(assessment, result, [*chain(*surveyed.values())], resolution),
+        "loops": loop_rows({number: loop_closures(links) for number, links in surveyed.items()}),
         "pairs": pair_rows(result.pairs),
         "covariances": dict(result.covariances),
         "truth": None if scanset.poses is None else dict(scanset.poses),

@@ -14,6 +14,7 @@ from mvreg.evaluation.grade import (
 )
 from mvreg.evaluation.pose_errors import Consistency, PoseErrors, ScanError, consistency
 from mvreg.evaluation.records import Assessment, LinkAssessment, ScanAssessment
+from mvreg.evaluation.survey import LinkSurvey, LoopClosure
 from mvreg.report.deciding_pair import component_of, deciding_pair, joining_pair, reason_of
 from mvreg.types import Link, Pair, Result, View
 
@@ -67,17 +68,35 @@ def assessment_row(found: ScanAssessment) -> Row:
         "inlier_ratio": found.inlier_ratio,
         "rms": found.rms,
         "strength": list(found.strength),
-        "uncertainty": {"angle_deg": off.rotation, "translation": off.translation} if off else None,
+        "uncertainty": {
+            "angle_deg": off.rotation,
+            "translation": off.translation,
+            "axes_95": list(off.axes_95),
+        }
+        if off
+        else None,
     }
 
 
-def link_rows(assessment: Assessment, result: Result, resolution: float | None) -> list[Row]:
+def link_rows(
+    assessment: Assessment,
+    result: Result,
+    surveyed: Sequence[LinkSurvey],
+    resolution: float | None,
+) -> list[Row]:
     """The pairs of placed scans that overlap; with what an adjustment rests on, where it tells."""
-    return [_link_row(link, result.links, resolution) for link in assessment.links]
+    found = {frozenset((link.source, link.target)): link for link in surveyed}
+    return [_link_row(link, result.links, found, resolution) for link in assessment.links]
 
 
-def _link_row(link: LinkAssessment, links: Sequence[Link], resolution: float | None) -> Row:
+def _link_row(
+    link: LinkAssessment,
+    links: Sequence[Link],
+    surveyed: Mapping[frozenset[str], LinkSurvey],
+    resolution: float | None,
+) -> Row:
     pair = {link.source, link.target}
+    survey = surveyed.get(frozenset(pair))
     adjusted = [other for other in links if {other.source, other.target} == pair]
     points = sum(other.points for other in adjusted)
     squares = sum(other.points * other.rms**2 for other in adjusted)
@@ -91,7 +110,20 @@ def _link_row(link: LinkAssessment, links: Sequence[Link], resolution: float | N
         "rms_resolutions": link.rms / resolution if resolution else None,
         "adjusted_points": points if adjusted else None,
         "adjusted_rms": math.sqrt(squares / points) if points else None,
+        "p95": survey.p95 if survey else None,
+        "weakest_axis": survey.weakest_axis.tolist() if survey else None,
+        "weakest_sigma": survey.weakest_sigma if survey else None,
     }
+
+
+def loop_rows(loops: Mapping[int, Sequence[LoopClosure]]) -> list[Row]:
+    """Loops of links by the number of their partial model, the worst of each first."""
+    return [
+        {"component": number, "scans": list(loop.names), "angle_deg": loop.angle,
+         "translation": loop.translation}
+        for number, found in loops.items()
+        for loop in found
+    ]  # fmt: skip
 
 
 def pair_rows(pairs: Sequence[Pair]) -> list[Row]:
@@ -103,6 +135,7 @@ def pair_rows(pairs: Sequence[Pair]) -> list[Row]:
             "verdict": "accepted" if pair.verdict.reliable else "rejected",
             "reason": pair.verdict.reason,
             "confidence": pair.verdict.confidence,
+            "T_target_source": pair.T_target_source,
             "evidence": {
                 name: float(f"{value:.{DIGITS}g}") for name, value in pair.verdict.evidence.items()
             },

@@ -200,7 +200,9 @@ def test_nothing_depends_on_the_unit_of_length():
             confidence=pytest.approx(scan.confidence),
             uncertainty=scan.uncertainty
             and replace(
-                scan.uncertainty, translation=pytest.approx(scan.uncertainty.translation * factor)
+                scan.uncertainty,
+                translation=pytest.approx(scan.uncertainty.translation * factor),
+                axes_95=pytest.approx(np.array(scan.uncertainty.axes_95) * factor),
             ),
         )
     assert [link.rms * factor for link in one.links] == [link.rms for link in other.links]

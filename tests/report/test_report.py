@@ -231,6 +231,7 @@ def test_links_and_pairs_have_their_confidence():
     assert found["pairs"][2] == {
         "source": "e.ply", "target": "a.ply", "verdict": "rejected",
         "reason": "too little overlap", "confidence": 0.4,
+        "T_target_source": np.eye(4).tolist(),
         "evidence": {"surface_overlap": 0.333333, "residual": 2.0},
     }  # fmt: skip
     assert [pair["confidence"] for pair in report()["pairs"]] == [None] * 3
