@@ -41,7 +41,7 @@ def run_job(config: DictConfig, folder: Path) -> Result:
     load = checked("dataset", stage_from(config, "dataset"))
     scanset: ScanSet = load(np.random.default_rng(config.rng))
     loading = time.perf_counter() - start
-    recorder, console = Recorder(folder), Console()
+    recorder, console = Recorder(folder, page=config.report), Console()
     extra: list[RerunObserver] = [RerunObserver(folder / "run.rrd")] if config.rerun else []
 
     def emit(event: Event) -> None:

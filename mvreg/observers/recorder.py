@@ -42,11 +42,14 @@ class Recorder:
         Made if it is missing. What an earlier run left there is replaced.
     link : bool
         Let ``latest``, beside the folder, point to it at the end.
+    page : bool
+        Write ``report.html``, too.
     """
 
-    def __init__(self, folder: Path, link: bool = True) -> None:
+    def __init__(self, folder: Path, link: bool = True, page: bool = False) -> None:
         self.folder = folder
         self.link = link
+        self.page = page
         self._table: TextIO | None = None
         self._started = time.perf_counter()
         self._run: RunStarted | None = None
@@ -128,6 +131,7 @@ class Recorder:
             self.folder.mkdir(parents=True, exist_ok=True)
             # An old answer must not pass for this run's if this run is cut short.
             (self.folder / "result.json").unlink(missing_ok=True)
+            (self.folder / "report.html").unlink(missing_ok=True)
             self._table = (self.folder / "pairs.csv").open("w", newline="", encoding="utf-8")
         except OSError as error:
             raise InputError(
@@ -148,6 +152,10 @@ class Recorder:
         file = self.folder / "result.json"
         write_text(file, json_file.dumps(report))
         self._run = None  # an interruption from now on takes nothing away
+        if self.page:
+            from mvreg.report.page.render import write_page
+
+            write_page(self.folder, report, scanset, self._views)
         if self.link:
             link_latest(self.folder)
         return file

@@ -141,6 +141,8 @@ def _folder_lines(folder: Path) -> list[str]:
     here = Path.cwd()
     shown = folder.relative_to(here) if folder.is_relative_to(here) else folder
     lines = [f"written to {shown}"]
+    if (folder / "report.html").exists():
+        lines.append(f"open the report in a browser: {shlex.quote(str(shown / 'report.html'))}")
     if (folder / "run.rrd").exists():
         lines.append(f"see it with: rerun {shlex.quote(str(shown / 'run.rrd'))}")
     return lines

@@ -1,0 +1,98 @@
+"""Write the page: a template filled in, with its style and its script inside."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Mapping, Sequence
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mvreg.evaluation.survey import LEVELS
+from mvreg.parallel import in_threads
+from mvreg.report import formatting
+from mvreg.report.page.data import GRADE_COLOURS, PageData, page_data
+from mvreg.report.run_folder import write_text
+from mvreg.types import Scan, ScanSet, View
+
+#: The page of a run, in its folder.
+NAME = "report.html"
+
+
+def write_page(
+    folder: Path, report: Mapping[str, Any], scanset: ScanSet, views: Sequence[View]
+) -> Path:
+    """Write ``report.html`` into a run's folder.
+
+    Parameters
+    ----------
+    folder : Path
+    report : mapping
+        As in ``result.json``.
+    scanset : ScanSet
+    views : sequence of View
+
+    Returns
+    -------
+    Path
+        The file.
+    """
+    data = page_data(report, scanset, views, overrides_of(folder), hashes(scanset.scans))
+    path = folder / NAME
+    write_text(path, render_page(data))
+    return path
+
+
+def render_page(data: PageData) -> str:
+    """The page as HTML, complete in itself."""
+    from jinja2 import Environment, StrictUndefined
+
+    report = data.report
+    environment = Environment(
+        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    filters: dict[str, Callable[[Any], object]] = {
+        "length": lambda value: formatting.length(value, report),
+        "share": lambda value: formatting.number(value, ".2f"),
+        "sure": formatting.confidence,
+        "length_of": len,
+        "degrees": lambda value: formatting.number(value, ".3f"),
+    }
+    environment.filters.update(filters)
+    template = environment.from_string(_file("page.html"))
+    grade_of = {str(row["name"]): row["grade_colour"] for row in data.scans}
+    scans = {
+        name: scan | {"grade": grade_of.get(name, GRADE_COLOURS["none"])}
+        for name, scan in data.points["scans"].items()
+    }
+    return template.render(
+        points={**data.points, "scans": scans}, data=data, report=report, levels=LEVELS,
+        grades=GRADE_COLOURS,
+        style=_file("page.css"), script=_file("page.js"), viewer=_file("viewer.js"),
+    )  # fmt: skip
+
+
+def hashes(scans: Sequence[Scan]) -> dict[str, str]:
+    """SHA-256 of the points of every scan as doubles, in the frame that they were registered in."""
+    return dict(in_threads(lambda scan: (scan.name, _digest(scan)), scans))
+
+
+def _digest(scan: Scan) -> str:
+    return hashlib.sha256(np.ascontiguousarray(scan.points, dtype="<f8").data).hexdigest()
+
+
+def overrides_of(folder: Path) -> list[str]:
+    """What was said on the command line of a run, as Hydra keeps it; nothing where it does not."""
+    from omegaconf import ListConfig, OmegaConf
+
+    file = folder / ".hydra" / "overrides.yaml"
+    if not file.is_file():
+        return []
+    found = OmegaConf.load(file)
+    return [str(word) for word in found] if isinstance(found, ListConfig) else []
+
+
+def _file(name: str) -> str:
+    return (resources.files("mvreg.report.page") / name).read_text(encoding="utf-8")

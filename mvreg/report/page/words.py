@@ -1,0 +1,119 @@
+"""What the page says: the verdict in a sentence, what to do next, and doubts in plain words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from mvreg.report.formatting import count
+
+Report = Mapping[str, Any]
+Row = Mapping[str, Any]
+#: Statuses of scans without a pose.
+LOST = ("not placed", "ambiguous")
+
+
+def verdict(report: Report) -> str:
+    """The outcome in one sentence."""
+    rows = report.get("scans") or []
+    parts = report.get("components") or []
+    placed, total = len(report.get("poses") or {}), len(rows)
+    doubtful = [row for row in rows if grade(row) in ("amber", "red")]
+    if report.get("status") == "interrupted":
+        said = f"Interrupted: {placed} of {count(total, 'scan')} were placed so far"
+    elif placed == total:
+        said = f"All {count(total, 'scan')} are placed in one model"
+    else:
+        said = f"{placed} of {count(total, 'scan')} are placed in one model"
+    if parts:
+        apart = sum(len(part["poses"]) for part in parts)
+        where = "in another part" if len(parts) == 1 else f"in {len(parts)} other parts"
+        said += f", {apart} more {where}"
+    lost = sum(row.get("status") in LOST for row in rows)
+    if lost:
+        said += f", {lost} {'is' if lost == 1 else 'are'} not placed"
+    if doubtful:
+        said += f"; {len(doubtful)} of the poses {'is' if len(doubtful) == 1 else 'are'} doubtful"
+    return said + "."
+
+
+def next_steps(report: Report) -> list[str]:
+    """What a person can do about it, most urgent first."""
+    rows = report.get("scans") or []
+    steps = []
+    red = [str(row["name"]) for row in rows if grade(row) == "red"]
+    if red:
+        steps.append(
+            f"Do not use the poses of {_listed(red)}, which their neighbours contradict: look at "
+            "them below, leave these scans out or scan again there."
+        )
+    amber = [str(row["name"]) for row in rows if grade(row) == "amber"]
+    if amber:
+        steps.append(
+            f"Look at {_listed(amber)} before you rely on them; the table of scans has the reason."
+        )
+    ambiguous = [str(row["name"]) for row in rows if row.get("status") == "ambiguous"]
+    if ambiguous:
+        steps.append(
+            f"Several poses of {_listed(ambiguous)} fit as well as each other. Scans with "
+            "something in them that is not symmetric, known sensors (dataset.sensor) or a known "
+            "vertical (dataset.upright=true) tell them apart."
+        )
+    lost = [str(row["name"]) for row in rows if row.get("status") == "not placed"]
+    if lost:
+        steps.append(
+            f"For {_listed(lost)} no pose was certain enough. Compare the best ones below; a scan "
+            "from between it and its neighbours helps most."
+        )
+    parts = report.get("components") or []
+    if parts:
+        steps.append(
+            "Scans that overlap both parts would join them; each part has a model of its own "
+            "beside model.ply."
+        )
+    if report.get("unit") == "file":
+        steps.append(
+            "Say dataset.unit=mm (or m, ...) to have the levels of accuracy named; nothing is "
+            "converted."
+        )
+    return steps
+
+
+def grade(row: Row) -> str | None:
+    """The grade of a placed scan: green, amber, red; None where there is none."""
+    found = (row.get("assessment") or {}).get("grade")
+    return str(found) if found else None
+
+
+def doubt(row: Row) -> str:
+    """Why a scan is as it is, in plain words."""
+    status = str(row.get("status"))
+    if status in LOST:
+        said = str(row.get("reason") or "nothing to compare it with")
+        return f"{count(row.get('attempts') or 0, 'attempt')}; the closest: {said}"
+    found = row.get("assessment") or {}
+    if not found:
+        return "alone in its part"
+    if status == "reference":
+        return f"its frame is the model's; {found.get('reason')}"
+    return str(found.get("reason"))
+
+
+def importance(row: Row) -> tuple[int, float]:
+    """A key that sorts scans: those not placed, the red, the amber, those apart, then the rest."""
+    status, graded = str(row.get("status")), grade(row)
+    order = ["red", "amber"]
+    if status in LOST:
+        rank = 0
+    elif graded in order:
+        rank = 1 + order.index(graded)
+    else:
+        rank = 3 if status.startswith("component") else 4
+    confidence = (row.get("assessment") or {}).get("confidence")
+    return rank, 1.0 if confidence is None else float(confidence)
+
+
+def _listed(names: list[str]) -> str:
+    shown = names[:5]
+    more = f" and {len(names) - 5} more" if len(names) > 5 else ""
+    return ", ".join(shown) + more

@@ -1,0 +1,222 @@
+"""The page of a run: what it says, and that it is complete in itself."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+import mvreg
+from mvreg.cli import main as cli
+from mvreg.geometry import se3
+from mvreg.report.build import build_report
+from mvreg.report.page import words
+from mvreg.report.page.data import colour, page_data
+from mvreg.report.page.graph import layout
+from mvreg.report.page.render import render_page
+from mvreg.report.page.sections import sections
+from mvreg.report.page.shown import NONE, Shown, packed
+from mvreg.types import Scan
+
+
+class Page(HTMLParser):
+    """The tags and texts of a page; tags must close as they open."""
+
+    VOID = ("meta", "link", "input", "br")
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.tags, self.texts, self.scripts = [], [], [], {}
+        self.feed(text)
+        assert not self.open
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+        if tag not in self.VOID:
+            self.open.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag):
+        assert self.open.pop()[0] == tag
+
+    def handle_data(self, data):
+        if self.open and self.open[-1][0] == "script":
+            self.scripts[self.open[-1][1].get("id")] = data
+        elif self.open and self.open[-1][0] != "style":
+            self.texts.append(data)
+
+    @property
+    def text(self):
+        return " ".join(" ".join(self.texts).split())
+
+
+def run(scans, **changes):
+    result = mvreg.register(scans, changes=changes)
+    report = build_report(
+        scans, result.views, result, method="auto", rng=0, seconds={"total": 1.0}, config={}
+    )
+    return report, result
+
+
+@pytest.fixture(scope="module")
+def mixed():
+    """Two objects, of which one is the smaller part, and a scan of a third."""
+    scans = mvreg.dataset(
+        "mixture", of=["tiny views=4", "tiny views=3 shape=blob-0", "tiny views=1 shape=blob-2"]
+    )
+    return scans, *run(scans)
+
+
+def page_of(scans, report, result, **more):
+    return page_data(report, scans, result.views, **more)
+
+
+def test_the_page_says_what_the_report_says(mixed):
+    scans, report, result = mixed
+    data = page_of(scans, report, result, overrides=["dataset=mixture"], hashes={"a": "b"})
+    page = Page(render_page(data))
+    apart = [name for part in result.components for name in part]
+    assert result.unregistered and apart
+    assert data.verdict in page.text
+    placed, lost = len(result.poses), len(result.unregistered)
+    assert f"{placed} of {len(scans.scans)} scans are placed in one model" in data.verdict
+    assert f"{lost} {'is' if lost == 1 else 'are'} not placed" in data.verdict
+    rows = [attrs for tag, attrs in page.tags if tag == "tr" and "data-scan" in attrs]
+    assert {row["data-scan"] for row in rows} == {scan.name for scan in scans.scans}
+    assert [row["data-scan"] for row in rows][: len(data.lost)] == [x["name"] for x in data.lost]
+    nodes = [attrs["data-scan"] for tag, attrs in page.tags if tag == "circle"]
+    assert sorted(nodes) == sorted(scan.name for scan in scans.scans)
+    assert "dataset=mixture" in page.text
+    for name in result.unregistered:
+        assert f"For {name}" in page.text or f"poses of {name}" in page.text or len(data.lost) > 1
+
+
+def test_the_page_needs_nothing_from_elsewhere(mixed):
+    scans, report, result = mixed
+    text = render_page(page_of(scans, report, result))
+    page = Page(text)
+    for tag, attrs in page.tags:
+        for key in ("src", "href"):
+            assert attrs.get(key, "data:,").startswith("data:"), (tag, attrs)
+    assert "http" not in re.sub(r"<script type=.*?</script>", "", text, flags=re.DOTALL)
+    assert len(text) < 4e6
+
+
+def test_scenes_show_parts_files_and_refused_poses(mixed):
+    scans, report, result = mixed
+    data = page_of(scans, report, result)
+    titles = [scene["title"] for scene in data.scenes]
+    assert titles[0] == "the model" and titles[1] == "component 2"
+    shown = {item["scan"]: item["pose"] for item in data.scenes[0]["items"]}
+    assert shown.keys() == result.poses.keys()
+    for name, pose in result.poses.items():
+        np.testing.assert_allclose(shown[name], pose.reshape(-1))
+    before = next(scene for scene in data.scenes if scene["title"].startswith("before"))
+    assert len(before["items"]) == len(scans.scans)
+    for one in data.lost:
+        for attempt in one["attempts"]:
+            moved = data.scenes[attempt["scene"]]["items"]
+            assert [item["scan"] for item in moved] == [attempt["target"], attempt["source"]]
+            np.testing.assert_allclose(
+                np.reshape(moved[1]["pose"], (4, 4)), attempt["T_target_source"]
+            )
+
+
+def test_names_are_shown_as_they_are():
+    scans = mvreg.dataset("tiny", views=3)
+    odd = ["<script>alert(1)</script>", "a\"b' & c", "</script> {{ 1 }}"]
+    named = tuple(Scan(name, scan.points) for name, scan in zip(odd, scans.scans, strict=True))
+    report, result = run(mvreg.types.ScanSet("<b>odd</b>", named))
+    page = Page(render_page(page_of(mvreg.types.ScanSet("odd", named), report, result)))
+    assert {a["data-scan"] for t, a in page.tags if t == "tr" and "data-scan" in a} == set(odd)
+    assert set(json.loads(page.scripts["points"])["scans"]) == set(odd)
+
+
+def test_points_are_packed_to_a_part_in_65535():
+    rng = np.random.default_rng(0)
+    points = rng.uniform(-3, 5, (100, 3)) + np.array([5e6, 0, 0])
+    residuals = np.where(np.arange(100) % 3, rng.uniform(0, 1, 100), np.nan)
+    colours = rng.integers(0, 256, (100, 3)).astype(np.uint8)
+    found = packed(Shown("a", points, np.eye(3)[np.zeros(100, int)], residuals, colours), 2.0)
+    read = np.frombuffer(base64.b64decode(found["points"]), "<u2").reshape(-1, 3)
+    again = np.array(found["low"]) + read / 65535 * found["side"]
+    np.testing.assert_allclose(again, points, atol=found["side"] / 65535)
+    steps = np.frombuffer(base64.b64decode(found["residuals"]), np.uint8)
+    np.testing.assert_array_equal(steps == NONE, np.isnan(residuals))
+    known = steps != NONE
+    np.testing.assert_allclose(steps[known] / 254 * 2.0, residuals[known], atol=0.01)
+    np.testing.assert_array_equal(
+        np.frombuffer(base64.b64decode(found["colours"]), np.uint8).reshape(-1, 3), colours
+    )
+
+
+def test_sections_are_where_surfaces_are_apart():
+    scans = mvreg.dataset("tiny", scramble=True, rng=1)
+    views = mvreg.prepare(scans)
+    name = scans.scans[1].name
+    shift = se3.from_parts(np.eye(3), np.array([1.5, 0, 0]))
+    poses = {**scans.poses, name: shift @ scans.poses[name]}
+    residuals = mvreg.evaluation.residuals.point_residuals(poses, views)
+    shown = [Shown(scan.name, scan.points, scan.points, np.empty(0), None) for scan in scans.scans]
+    found = sections(poses, views, residuals, shown)
+    assert 1 <= len(found) <= 3
+    assert found[0].apart > 0.5
+    for one in found:
+        assert any(name in part for part in (one.enlarged, one.whole))
+        for points in one.enlarged.values():
+            assert np.abs(points).max() <= one.half
+    right = mvreg.evaluation.residuals.point_residuals(scans.poses, views)
+    fine = sections(scans.poses, views, right, shown)
+    assert np.mean([one.apart for one in fine]) < np.mean([one.apart for one in found])
+
+
+def test_the_graph_is_drawn_apart_and_the_same_each_time():
+    names = [f"scan {k}" for k in range(40)]
+    links = [(names[k], names[k + 1]) for k in range(30)]
+    places = layout(names, links, {name: np.zeros(3) for name in names[:5]})
+    assert places == layout(names, links, {name: np.zeros(3) for name in names[:5]})
+    points = np.array(list(places.values()))
+    assert points.min() == 0 and points.max() == 1
+    apart = np.linalg.norm(points[:, None] - points[None], axis=2)[np.triu_indices(40, 1)]
+    assert apart.min() > 0.02
+    linked = np.mean([np.linalg.norm(points[k] - points[k + 1]) for k in range(30)])
+    assert linked < 0.6 * apart.mean()
+    assert layout(["a"], [], {}) == {"a": (0.5, 0.5)} and layout([], [], {}) == {}
+
+
+def test_the_verdict_in_words():
+    rows = [{"name": name, "status": "placed", "assessment": {"grade": "green"}} for name in "abc"]
+    report = {"scans": rows, "poses": dict.fromkeys("abc"), "unit": "mm"}
+    assert words.verdict(report) == "All 3 scans are placed in one model."
+    assert words.next_steps(report) == []
+    rows[1] = {"name": "b", "status": "placed", "assessment": {"grade": "red", "reason": "no"}}
+    rows[2] = {"name": "c", "status": "ambiguous", "attempts": 2, "reason": "turned"}
+    report["poses"] = dict.fromkeys("ab")
+    report["components"] = [{"poses": {"d": 0}}]
+    assert words.verdict(report) == (
+        "2 of 3 scans are placed in one model, 1 more in another part, 1 is not placed; 1 of the "
+        "poses is doubtful."
+    )
+    steps = " ".join(words.next_steps(report))
+    assert "Do not use the poses of b" in steps and "Several poses of c fit" in steps
+    assert [row["name"] for row in sorted(rows, key=words.importance)] == ["c", "b", "a"]
+    assert words.doubt(rows[2]) == "2 attempts; the closest: turned"
+
+
+def test_colours_of_neighbours_differ():
+    found = [colour(k) for k in range(60)]
+    assert len(set(found)) == 60
+    assert all(re.fullmatch("#[0-9a-f]{6}", one) for one in found)
+
+
+def test_a_run_leaves_a_page_unless_told_not_to(tmp_path, capsys):
+    arguments = ["dataset=tiny", "dataset.views=3", "rerun=false"]
+    assert cli.main([*arguments, f"hydra.run.dir={tmp_path / 'with'}"]) == 0
+    assert (tmp_path / "with" / "report.html").is_file()
+    assert "open the report in a browser: " in capsys.readouterr().out
+    assert cli.main([*arguments, "report=false", f"hydra.run.dir={tmp_path / 'without'}"]) == 0
+    assert not (tmp_path / "without" / "report.html").exists()
+    assert "dataset.views=3" in (tmp_path / "with" / "report.html").read_text(encoding="utf-8")
