@@ -18,7 +18,7 @@ from mvreg.io import read_points
 from mvreg.run import dataset
 from mvreg.types import Result
 
-FILES = {".hydra", "model.ply", "pairs.csv", "poses", "result.json", "run.rrd"}
+FILES = {".hydra", "model.ply", "pairs.csv", "poses", "result.json", "report.html", "run.rrd"}
 COLUMNS = [
     "source", "target", "overlap", "trimmed_mse", "threshold", "verdict", "reason", "seconds",
     "score", "confidence",
