@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from mvreg.geometry.boxes import boxes_within
 from mvreg.kernels import overlap
+from mvreg.surface.partners import well_spread
 from mvreg.types import Array, Indices, View
 
 #: Largest distance of a point from a surface that it is in contact with (resolutions).
@@ -39,10 +40,15 @@ def neighbours(
     Returns
     -------
     list of (int, int)
-        Positions in `views`.
+        Positions in `views`; of many that meet each other those that
+        `mvreg.surface.partners.well_spread` chooses.
     """
     boxes = [overlap.box(view.points, poses[view.name]) for view in views]
     pairs = boxes_within([low for low, _ in boxes], [high for _, high in boxes], reach)
+    pairs = well_spread(
+        pairs, [view.points for view in views], [poses[view.name] for view in views],
+        views[0].scale.resolution if views else 0.0,
+    )  # fmt: skip
     return sorted([*pairs, *((j, i) for i, j in pairs)])
 
 

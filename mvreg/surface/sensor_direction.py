@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mvreg.geometry.arrays import Flags
+from mvreg.geometry.median import median
 from mvreg.geometry.nearest import build_tree, neighbours_of
 from mvreg.geometry.sphere import half_sphere_directions
 from mvreg.kernels.hidden import hidden
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
 DIRECTIONS = 600
 #: Points asked for their density, and neighbours that tell it.
 DENSITY_POINTS, NEIGHBOURS = 2000, 24
+#: Points asked for a first direction, which least squares over all then move.
+ROUGH_POINTS = 500
 #: A point is at a border if its neighbours' mean is farther than this share of their reach.
 INNER = 0.25
 #: Points that may hide each other, and the cells of the picture they do it in (resolutions).
@@ -125,7 +128,8 @@ def dense_direction(view: View, landmark: Array) -> Array:
     density, normals = reach[inner] ** -2.0, normals[inner]
     density = density / np.median(density)
     offsets = (points - points.mean(axis=0))[inner]
-    axis = _most_facing(density, normals, offsets, landmark)
+    few = slice(None, None, -(-len(density) // ROUGH_POINTS))
+    axis = _most_facing(density[few], normals[few], offsets[few], landmark)
     for _ in range(10):  # least squares with the weights of Geman and McClure
         signed = np.where((normals @ axis)[:, None] < 0, -normals, normals)
         facing = np.maximum(signed @ axis, 0.05)
@@ -167,10 +171,11 @@ def _most_facing(density: Array, normals: Array, offsets: Array, landmark: Array
     start = np.linalg.eigh(normals.T @ normals)[1][:, -1]
     start = start if start @ landmark >= 0 else -start
     directions = half_sphere(DIRECTIONS, start, landmark)
-    facing = np.maximum(np.abs(normals @ directions.T), 0.05)
-    factors = np.median(density[:, None] / facing, axis=0)
-    misfits = np.median(np.abs(density[:, None] - factors * facing), axis=0) / factors
-    outward = np.sign(normals @ directions.T).T @ (offsets * normals).sum(axis=1)
+    cosines = directions @ normals.T
+    facing = np.maximum(np.abs(cosines), 0.05)
+    factors = median(density / facing)
+    misfits = median(np.abs(density - factors[:, None] * facing)) / factors
+    outward = np.sign(cosines) @ (offsets * normals).sum(axis=1)
     bulges = np.abs(outward) / len(offsets) / np.sqrt((offsets**2).sum(axis=1).mean())
     best: Array = directions[(misfits - BULGE_WEIGHT * bulges).argmin()]
     return best

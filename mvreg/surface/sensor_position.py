@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mvreg.geometry.median import median
 from mvreg.geometry.nearest import build_tree, neighbours_of
 from mvreg.geometry.sphere import sphere_directions
 from mvreg.surface.sensor_direction import HIDING_POINTS, NEIGHBOURS, reach_of_neighbours
@@ -61,9 +62,7 @@ def sampled(scan: Scan) -> Sampled | None:
 
 def spread(residuals: Array) -> Array:
     """Median absolute deviation along the last axis."""
-    middle = np.median(residuals, axis=-1, keepdims=True)
-    found: Array = np.median(np.abs(residuals - middle), axis=-1)
-    return found
+    return median(np.abs(residuals - median(residuals)[..., None]))
 
 
 def residuals(positions: Array, own: Sampled) -> Array:
@@ -78,8 +77,9 @@ def residuals(positions: Array, own: Sampled) -> Array:
 def position(own: Sampled) -> tuple[Array, float]:
     """The position (3,) that explains the densities best, and the spread that it leaves."""
     starts, length = _starts(own)
-    found = [_refined(start, own, length) for start in starts]
-    return min(found, key=lambda one: one[1])
+    found, left = _refined(starts, own, length)
+    best = int(left.argmin())
+    return found[best], float(left[best])
 
 
 def _starts(own: Sampled) -> tuple[Array, float]:
@@ -109,37 +109,54 @@ def _starts(own: Sampled) -> tuple[Array, float]:
     return np.array(kept), length
 
 
-def _refined(start: Array, own: Sampled, length: float) -> tuple[Array, float]:
-    """A position after damped steps of Gauss-Newton with the weights of Geman and McClure."""
-    here, best = start, float(spread(residuals(start, own)))
-    found = start
+def _refined(starts: Array, own: Sampled, length: float) -> tuple[Array, Array]:
+    """Positions (S, 3) after damped steps of Gauss-Newton with the weights of Geman and McClure.
+
+    And the spreads (S,) that they leave.
+    """
+    found = starts.copy()
+    best = np.full(len(starts), np.inf)
+    here, active = starts.copy(), np.arange(len(starts))
     damping = 1e-2
-    for _ in range(STEPS):
+    for step in range(STEPS + 1):
         rest = residuals(here, own)
-        rest = rest - np.median(rest)
-        scale = 2 * float(spread(rest)) + 1e-9
-        weights = 1 / (1 + (rest / scale) ** 2) ** 2
-        jacobian = _jacobian(here, own) * length
-        jacobian = jacobian - (weights @ jacobian) / weights.sum()  # the factor is free
-        normal = jacobian.T @ (weights[:, None] * jacobian)
-        step = np.linalg.solve(
-            normal + damping * np.trace(normal) / 3 * np.eye(3), jacobian.T @ (weights * rest)
-        )
-        step *= min(1.0, 0.3 / max(float(np.linalg.norm(step)), 1e-12))
-        here = here - step * length
-        left = float(spread(residuals(here, own)))
-        if left < best:
-            found, best = here, left
-        if np.linalg.norm(step) < 1e-3:
+        rest -= median(rest)[:, None]
+        left = median(np.abs(rest))
+        better = left < best[active]
+        found[active[better]], best[active[better]] = here[better], left[better]
+        if step == STEPS:
             break
+        weights = 1 / (1 + (rest / (2 * left + 1e-9)[:, None]) ** 2) ** 2
+        jacobian = _jacobian(here, own) * length
+        mean = (weights[:, None] @ jacobian) / weights.sum(axis=1)[:, None, None]
+        jacobian = jacobian - mean  # the factor is free
+        across = jacobian.swapaxes(1, 2)
+        normal = across @ (weights[..., None] * jacobian)
+        trace = np.trace(normal, axis1=1, axis2=2)
+        damped = normal + (damping / 3 * trace)[:, None, None] * np.eye(3)
+        move = np.linalg.solve(damped, across @ (weights * rest)[..., None])[..., 0]
+        size = np.linalg.norm(move, axis=1)
+        move *= np.minimum(1.0, 0.3 / np.maximum(size, 1e-12))[:, None]
+        here = here - move * length
+        # A last look at where the small steps lead, and no further.
+        going = size >= 1e-3
+        if not going.all():
+            last = here[~going]
+            after = spread(residuals(last, own))
+            stopped = active[~going]
+            better = after < best[stopped]
+            found[stopped[better]], best[stopped[better]] = last[better], after[better]
+            here, active = here[going], active[going]
+            if not len(active):
+                break
     return found, best
 
 
-def _jacobian(position: Array, own: Sampled) -> Array:
-    """Derivatives (P, 3) of `residuals` by the position."""
-    away = position - own.points
-    squared = np.maximum((away**2).sum(axis=1, keepdims=True), np.finfo(float).tiny)
-    facing = (away * own.normals).sum(axis=1, keepdims=True)
+def _jacobian(positions: Array, own: Sampled) -> Array:
+    """Derivatives (S, P, 3) of `residuals` by the positions (S, 3)."""
+    away = positions[:, None] - own.points
+    squared = np.maximum((away**2).sum(axis=-1, keepdims=True), np.finfo(float).tiny)
+    facing = (away * own.normals).sum(axis=-1, keepdims=True)
     steep = np.abs(facing) < LEAST_COSINE * np.sqrt(squared)
     slope = np.where(steep, 0.0, own.normals / np.where(facing == 0, 1.0, facing))
     found: Array = -slope + np.where(steep, 2.0, 3.0) * away / squared

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +13,7 @@ from mvreg.stages.adjust.joint.correspondences import Contacts, Gate, contacts, 
 from mvreg.stages.adjust.joint.covariance import covariances
 from mvreg.stages.adjust.joint.normal_equations import CUT, Frame, Rows, System, rows, spread
 from mvreg.stages.adjust.joint.surface import Surface
+from mvreg.surface.partners import well_spread
 from mvreg.types import Array, Link
 from mvreg.types.view_graph import reachable
 
@@ -68,12 +69,17 @@ class Solver:
     def settle(self, poses: Sequence[Array]) -> Settled | None:
         """Optimise all poses connected to a fixed one by contacts; None if there are none."""
         motions, found, free, least = np.stack(poses), None, list[int](), 1
+        meeting = touching(self.surfaces, motions, self.reach * self.resolution)
+        chosen = frozenset(
+            well_spread(meeting, [s.points for s in self.surfaces], list(motions), self.resolution)
+        )
+        left_out = frozenset(meeting) - chosen
         for stride, flat, near, still in PHASES:
             gate = Gate((near or self.reach) * self.resolution, max(stride, least), flat)
             moves: list[float] = []
             for _ in range(self.max_rounds):
                 before = motions
-                motions, found, free = self.round(motions, gate, still)
+                motions, found, free = self.round(motions, gate, still, left_out)
                 moves.append(self.farthest(before, motions))
                 if moves[-1] <= SHRINKING * still or stalled(moves):
                     break
@@ -85,9 +91,14 @@ class Solver:
         samples = sum(len(surface.points) for surface in self.surfaces)
         return len(found.samples) * gate.stride >= CROWDED * samples
 
-    def round(self, motions: Array, gate: Gate, still: float) -> tuple[Array, Contacts, list[int]]:
-        """One round of correspondences and Gauss-Newton: motions, contacts, and the free poses."""
-        found, free = self.held(motions, gate)
+    def round(
+        self, motions: Array, gate: Gate, still: float, left_out: Collection[tuple[int, int]] = ()
+    ) -> tuple[Array, Contacts, list[int]]:
+        """One round of correspondences and Gauss-Newton: motions, contacts, and the free poses.
+
+        Pairs that are `left_out` are not asked for contacts.
+        """
+        found, free = self.held(motions, gate, left_out)
         if not free:
             return motions, found, free
         frame = Frame.of(self.surfaces, motions)
@@ -102,9 +113,12 @@ class Solver:
             motions[k] = se3.project(motions[k])
         return motions, found, free
 
-    def held(self, motions: Array, gate: Gate) -> tuple[Contacts, list[int]]:
+    def held(
+        self, motions: Array, gate: Gate, left_out: Collection[tuple[int, int]]
+    ) -> tuple[Contacts, list[int]]:
         """Contacts among the scans connected to a fixed one, and the free poses among these."""
-        pairs = touching(self.surfaces, motions, gate.reach)
+        near = touching(self.surfaces, motions, gate.reach)
+        pairs = [pair for pair in near if pair not in left_out]
         found = contacts(self.surfaces, motions, pairs, gate)
         ways = [*map(tuple, found.ways.tolist())]
         joined = set().union(*(reachable(ways, k) for k in self.fixed))

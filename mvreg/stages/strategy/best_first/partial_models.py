@@ -14,6 +14,7 @@ from mvreg.geometry.boxes import near_boxes
 from mvreg.geometry.nearest import nearest
 from mvreg.kernels.overlap import box
 from mvreg.parallel import in_threads
+from mvreg.surface.partners import well_spread
 from mvreg.types import Array, Indices, Model, Part, Registration, View
 
 #: Points of a view and of a model that are nearer than this are one (resolutions).
@@ -87,16 +88,28 @@ class PartialModels:
         return replace(model, parts=(*model.parts, *rest))
 
     def view_pairs(self, sources: Sequence[int], targets: Sequence[int]) -> list[ViewPair]:
-        """The pairs of views of one group that come near each other, each pair once."""
+        """The pairs of views of one group that come near each other, each pair once.
+
+        Of many that meet each other, those that `mvreg.surface.partners.well_spread` chooses.
+        """
         chosen = [k for k in dict.fromkeys([*sources, *targets]) if len(self.views[k].points)]
         if not chosen:
             return []
         moving, staying = set(sources), set(targets)
         reach = 3 * self.views[chosen[0]].scale.resolution
         found = []
-        for a, b in near_boxes(
+        near = near_boxes(
             [np.stack(box(self.views[k].points, self.poses[k])) for k in chosen], reach
-        ):
+        )
+        between = [
+            (a, b) for a, b in near
+            if (chosen[a] in moving and chosen[b] in staying)
+            or (chosen[b] in moving and chosen[a] in staying)
+        ]  # fmt: skip
+        for a, b in well_spread(
+            between, [self.views[k].points for k in chosen], [self.poses[k] for k in chosen],
+            self.views[chosen[0]].scale.resolution,
+        ):  # fmt: skip
             for i, j in ((chosen[a], chosen[b]), (chosen[b], chosen[a])):
                 if i in moving and j in staying and (i not in staying or i < j):
                     pose = self.relative(j, i)
