@@ -111,9 +111,13 @@ def test_open3d_pcd_reads_back(tmp_path: Path, compressed: bool) -> None:
     ("name", "content", "message"),
     [
         ("a.xyz", "x y z\n1 2 3\n4 five 6\n", "line 3: expected a number, got 'five'"),
-        ("a.csv", "1,2,3\n4,,6\n", "line 2: expected 3 numbers, got 2"),
-        ("a.xyz", "1 2\n3 4\n", "line 1: expected at least 3 numbers"),
-        ("a.txt", "just words\nand more\n", "expected lines of at least 3 numbers, found none"),
+        ("a.csv", "1,2,3\n4,6\n", "line 2: expected 3 numbers, got 2"),
+        ("a.xyz", "1 2\n3 4\n", "line 1: expected lines of at least 3 numbers, got '1 2'"),
+        (
+            "a.txt",
+            "just words\nand more\n",
+            "line 1: expected lines of at least 3 numbers, got 'just words'",
+        ),
         ("a.csv", "", "found none"),
         ("a.xyz", "nan nan nan\n", "only NaN"),
         ("a.obj", "f 1 2 3\n", "expected lines 'v X Y Z'"),
