@@ -12,7 +12,7 @@ import numpy as np
 from mvreg.errors import InputError, NoScanError
 from mvreg.io.cloud import PointCloud
 from mvreg.io.column_names import axes_named, split_heading
-from mvreg.io.text_attributes import attributes_of, counters, poses_in
+from mvreg.io.columns import attributes_of, counters, poses_in
 from mvreg.io.text_layout import Layout, find_layout
 from mvreg.io.text_rows import parse_table
 from mvreg.types import Array

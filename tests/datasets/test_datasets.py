@@ -277,7 +277,7 @@ def folder_of(path: Path, *names: str) -> Path:
 def test_a_folder_is_read_as_people_count(tmp_path: Path, rng: np.random.Generator) -> None:
     path = folder_of(tmp_path / "mine", "scan10.ply", "scan2.PLY", "Scan1.ply", ".hidden.ply")
     (path / "b.xyz").write_text("1 2 3\n")
-    np.save(path / "a.npy", np.ones((3, 3)))
+    np.save(path / "a.npy", np.ones((4, 3)))
     for ignored in ("truth.conf", "result.json", "README.md", "Makefile"):
         (path / ignored).write_text("no scan")
     (path / "folder.ply").mkdir()

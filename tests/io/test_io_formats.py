@@ -89,7 +89,7 @@ def test_npz_takes_points_or_the_only_array(tmp_path: Path) -> None:
     np.savez(tmp_path / "c.npz", a=POINTS, b=POINTS)
     np.testing.assert_array_equal(read_points(tmp_path / "a.npz"), POINTS)
     np.testing.assert_array_equal(read_points(tmp_path / "b.npz"), POINTS)
-    with pytest.raises(InputError, match=r"named 'points'; found \['a', 'b'\]"):
+    with pytest.raises(InputError, match=r"named 'points', .*; found \['a', 'b'\]"):
         read_points(tmp_path / "c.npz")
 
 
@@ -156,8 +156,10 @@ def test_damage_is_named(tmp_path: Path, name: str, content: str | bytes, messag
 @pytest.mark.parametrize(
     "array",
     [
-        np.zeros((4, 2)), np.zeros(3), np.zeros((0, 3)), np.zeros((2, 3, 3)), np.array(5.0),
+        np.zeros((4, 2)), np.zeros(3), np.zeros((0, 3)), np.zeros((2, 3, 3), np.uint8),
+        np.array(5.0), np.zeros((3, 3)), np.zeros((480, 640)), np.eye(4),
         np.zeros((2, 3), complex), np.zeros((2, 3), bool), np.array([["a"] * 3]),
+        np.zeros((2, 5, 5, 3)), np.zeros((2, 3, 2)), np.zeros(4, [("a", float), ("b", float)]),
     ],
 )  # fmt: skip
 def test_wrong_arrays_are_refused(tmp_path: Path, array: np.ndarray) -> None:

@@ -1,4 +1,4 @@
-"""What a table of text says of its points besides x, y and z, or holds instead of points."""
+"""What a table says of its points besides x, y and z, or holds instead of points."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ from mvreg.io.cloud import Values
 from mvreg.io.column_names import QUATERNION, attribute_names
 from mvreg.types import Array
 
-_RGB = ("red", "green", "blue")
+#: Names as PLY has them.
+RGB = ("red", "green", "blue")
+NORMAL = ("nx", "ny", "nz")
 #: Rotations are orthonormal to so much, as files of few decimals have them.
 _UNIT = 1e-3
 
@@ -27,7 +29,8 @@ def attributes_of(
     axes : sequence of int
         The columns of x, y and z.
     names : sequence of str, optional
-        Of all columns; without names 3 columns behind x, y and z are colours if they look so.
+        Of all columns; without names three columns behind x, y and z are colours or normals
+        if they look so.
     skip : frozenset of int
         Columns that are not wanted.
     """
@@ -38,8 +41,8 @@ def attributes_of(
         if column in axes or column in skip or np.isnan(table[:, column]).all():
             continue
         found[called[column]] = np.ascontiguousarray(table[:, column])
-    if set(_RGB) <= set(found):
-        found |= _colours([found[name] for name in _RGB])
+    if set(RGB) <= set(found):
+        found |= colours([found[name] for name in RGB])
     return found
 
 
@@ -51,10 +54,12 @@ def _guessed(table: Array, axes: Sequence[int]) -> list[str]:
     # As PTS has it, a brightness stands before the colours.
     for first in {6: (3,), 7: (4, 3)}.get(table.shape[1], ()):
         if _like_colours(table[:, first : first + 3]):
-            names[first : first + 3] = _RGB
+            names[first : first + 3] = RGB
             if first == 4:
                 names[3] = "intensity"
-            break
+            return names
+    if table.shape[1] == 6 and _like_normals(table[:, 3:]):
+        names[3:] = NORMAL
     return names
 
 
@@ -64,7 +69,14 @@ def _like_colours(values: Array) -> bool:
     return bool(low >= 0 and 1 < high <= 255 and (values == np.floor(values)).all())
 
 
-def _colours(channels: Sequence[Values]) -> dict[str, Values]:
+def _like_normals(values: Array) -> bool:
+    """Whether three columns are unit vectors; zeros are where no normal is known."""
+    lengths = np.linalg.norm(values, axis=1)
+    known = lengths > 0
+    return bool(known.any() and (np.abs(lengths[known] - 1) < 10 * _UNIT).all())
+
+
+def colours(channels: Sequence[Values]) -> dict[str, Values]:
     """Colours as PLY has them, where they are numbers of a byte, of two, or shares of one."""
     whole: np.ndarray[Any, Any] = np.stack(channels)
     if not np.isfinite(whole).all() or not whole.size or whole.min() < 0:
@@ -73,10 +85,10 @@ def _colours(channels: Sequence[Values]) -> dict[str, Values]:
         kind = np.uint8 if whole.max() <= 255 else np.uint16
         if whole.max() > 65535:
             return {}
-        return {name: row.astype(kind) for name, row in zip(_RGB, whole, strict=True)}
+        return {name: row.astype(kind) for name, row in zip(RGB, whole, strict=True)}
     if whole.max() > 1:
         return {}
-    return {n: np.rint(255 * row).astype(np.uint8) for n, row in zip(_RGB, whole, strict=True)}
+    return {n: np.rint(255 * row).astype(np.uint8) for n, row in zip(RGB, whole, strict=True)}
 
 
 def poses_in(table: Array, names: Sequence[str] | None) -> str | None:
