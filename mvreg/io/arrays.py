@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from mvreg.errors import InputError, NoScanError
-from mvreg.io.cloud import PointCloud, Values
+from mvreg.io.cloud import PointCloud
 from mvreg.io.column_names import axes_named
 from mvreg.io.columns import NORMAL, attributes_of, colours, poses_in
+from mvreg.types.attributes import Values
 
 #: What the coordinates are called in files of several arrays, or as a field of several numbers.
 _POINTS = (

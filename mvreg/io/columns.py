@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from mvreg.io.cloud import Values
 from mvreg.io.column_names import QUATERNION, attribute_names
 from mvreg.types import Array
+from mvreg.types.attributes import Values
 
 #: Names as PLY has them.
 RGB = ("red", "green", "blue")
