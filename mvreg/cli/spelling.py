@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 #: Keys whose values are text as it stands: names of files and folders.
 TEXT = re.compile(
-    r"\+{0,2}(dataset\.(path|path_in|root|ground_truth|pattern|unit)|hydra\.run\.dir"
+    r"\+{0,2}(dataset\.(path|path_in|root|ground_truth|initial|pattern|unit)|hydra\.run\.dir"
     r"|hydra\.sweep\.(dir|subdir))"
 )
 SWEEPS = frozenset(["-m", "--multirun"])

@@ -8,12 +8,13 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Finding:
-    """Something that looks wrong with scans, before any registration.
+    """Something that looks wrong with scans.
 
     Parameters
     ----------
     kind : str
-        A word: ``unit``, ``copy``, ``steps``, ``stray``.
+        A word: ``unit``, ``copy``, ``steps``, ``stray``; after registration, ``mirrored``
+        and ``scale``.
     scans : tuple of str
         The names of the scans that it is about.
     text : str
