@@ -7,6 +7,7 @@ from collections.abc import Sequence
 __all__ = [
     "InputError",
     "MvregError",
+    "NoScanError",
     "PluginError",
     "RecordError",
     "StageError",
@@ -21,6 +22,10 @@ class MvregError(Exception):
 
 class InputError(MvregError, ValueError):
     """Wrong input: says what was expected, what was found, where, and what to do."""
+
+
+class NoScanError(InputError):
+    """A file whose suffix may be a scan's holds something else: notes, poses, a camera matrix."""
 
 
 class PluginError(MvregError, RuntimeError):

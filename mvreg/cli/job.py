@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +27,7 @@ def run_job(config: DictConfig, folder: Path) -> Result:
     """
     from omegaconf import OmegaConf
 
+    from mvreg.cli.parts import doubts_on_parts
     from mvreg.config.compose import stage_from
     from mvreg.observers.console import Console
     from mvreg.observers.recorder import Recorder
@@ -54,6 +56,10 @@ def run_job(config: DictConfig, folder: Path) -> Result:
             rng = np.random.default_rng(config.rng)
             result, views, seconds = run(scanset.scans, method, rng, emit)
             seconds["load"] = loading
+            if scanset.input is not None:
+                doubts = doubts_on_parts(scanset, result, method, rng)
+                found = replace(scanset.input, findings=(*scanset.input.findings, *doubts))
+                scanset = replace(scanset, input=found)
             report = build_report(
                 scanset, views, result, method=method.name, rng=config.rng, seconds=seconds,
                 config=plain,

@@ -19,6 +19,7 @@ mvreg finds the poses of unordered range scans, with no initial guess.
 
 Usage:
   mvreg [+method=NAME] [dataset=NAME] [KEY=VALUE ...]
+  mvreg look FOLDER        what a folder of scans holds, and what looks wrong with it
   mvreg plugins [KIND]     every stage: what it does, its parameters, who registered it
   mvreg inspect [FOLDER]   the table of a finished run, by default of the newest
   mvreg --version

@@ -1,4 +1,4 @@
-"""The command line: a Hydra run, and the subcommands `plugins` and `inspect`.
+"""The command line: a Hydra run, and the subcommands `look`, `plugins` and `inspect`.
 
 Exit codes: 0 every scan placed in one model, 3 some not, 2 wrong input, 1 a bug, 130 Ctrl-C. A
 sweep ends with the worst of its runs' codes.
@@ -53,7 +53,11 @@ def dispatch(words: list[str]) -> int:
     """Do what the first word says."""
     from mvreg.cli import listing
 
-    if words[:1] != ["plugins"] and words[:1] != ["inspect"] and {"-h", "--help"} & set(words):
+    if words[:1] == ["look"]:
+        from mvreg.cli.look import look
+
+        return look(words[1:])
+    if words[:1] not in (["plugins"], ["inspect"]) and {"-h", "--help"} & set(words):
         return listing.usage()
     if "--version" in words:
         return listing.version()
@@ -110,13 +114,15 @@ def run_hydra(words: list[str]) -> int:
     """Let Hydra compose, and run one job or a sweep."""
     import hydra
 
+    from mvreg.cli.spelling import quoted_paths
     from mvreg.config.compose import VERSION_BASE
     from mvreg.config.messages import explained
     from mvreg.config.presets import CONFIG_PATH
     from mvreg.config.store import registered
 
     start: Callable[[], Any] = hydra.main(CONFIG_PATH, "config", VERSION_BASE)(job)
-    with collected_codes() as codes, arguments_for_hydra(words), registered(), explained():
+    readable = quoted_paths(words)
+    with collected_codes() as codes, arguments_for_hydra(readable), registered(), explained():
         start()
     return max(codes, key=SEVERITY.index, default=DONE)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
+import shlex
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
@@ -16,6 +17,7 @@ from omegaconf.errors import (
 )
 
 from mvreg.config.known_plugins import BROUGHT_BY, to_install
+from mvreg.config.overrides import spelled
 from mvreg.config.presets import choices
 from mvreg.config.renamed import renamed_parameter
 from mvreg.contracts import KINDS
@@ -110,7 +112,12 @@ def unreadable(error: OverrideParseException) -> str:
         return f"unknown option {error.override}; see mvreg --help"
     reason = str(error).split("\nSee ")[0].splitlines()[-1].strip(" ^")
     detail = f" ({reason})" if reason and "<EOF>" not in reason else ""
+    key, equals, value = error.override.partition("=")
+    if equals and value and re.fullmatch(r"[+~]*[\w./@-]+", key):
+        quoted = f"{key}={spelled(value)}"
+        quoted = shlex.quote(quoted) if re.search(r'["$`\\]', quoted) else f'"{quoted}"'
+        return f"cannot read {error.override!r}{detail}; quote the value twice: {quoted}"
     return (
-        f"cannot read {error.override!r}{detail}; expected KEY=VALUE, or first the word plugins "
-        "or inspect; see mvreg --help"
+        f"cannot read {error.override!r}{detail}; expected KEY=VALUE, or first the word plugins, "
+        "inspect or look; see mvreg --help"
     )

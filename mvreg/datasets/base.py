@@ -104,6 +104,7 @@ def scramble(scans: ScanSet, rng: np.random.Generator) -> ScanSet:
             name: _follow(pose, motions.get(name)) for name, pose in scans.poses.items()
         },
         motions=scans.as_read(motions),
+        initial={name: _follow(T, motions.get(name)) for name, T in scans.initial.items()},
     )  # fmt: skip
 
 

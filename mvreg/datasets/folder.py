@@ -3,31 +3,42 @@
 from __future__ import annotations
 
 import os
-import re
-from dataclasses import dataclass
-from fnmatch import fnmatchcase
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from mvreg.datasets.base import ScanSource
-from mvreg.datasets.large import MOST_POINTS, held
-from mvreg.datasets.no_returns import remark_on_zeros, without_zeros
+from mvreg.datasets.folder_files import Listing, few, find_files, natural
+from mvreg.datasets.folder_scans import (
+    Reader,
+    ReadFiles,
+    read_all,
+    remark_on_left_out,
+    remarks_of,
+)
+from mvreg.datasets.inspection import inspect_scans
+from mvreg.datasets.large import MOST_POINTS
+from mvreg.datasets.no_returns import remark_on_zeros
 from mvreg.errors import InputError
-from mvreg.io import SUPPORTED, PointCloud, read_cloud, read_poses
-from mvreg.parallel import in_threads
-from mvreg.types import Array, Scan, ScanSet
+from mvreg.io import ReadOptions, read_poses
+from mvreg.io.text import check_columns
+from mvreg.plugins import manager
+from mvreg.types import Array, Input, ScanSet
 
 
 @dataclass(frozen=True)
 class Folder(ScanSource):
     """Every readable file in a folder, sorted as people count: scan2 before scan10.
 
-    Where the sensor stood is known where `sensor` or the file says it. Of the formats only PCD
-    can, by VIEWPOINT: its translation is the sensor's position in the coordinates of the points.
-    The default, ``0 0 0 1 0 0 0``, says nothing, because most writers write it regardless; if the
-    sensor is at the origin, say ``sensor=origin``. Some writers mean by VIEWPOINT how the points
-    are still to be moved: then say ``origin`` or ``unknown``.
+    Of a file with several scans each is one, ``FILE:NAME`` or ``FILE:2``. Files beside the scans
+    that hold none are left out with a remark: notes, poses, and what has a handful of points.
+
+    Where the sensor stood is known where `sensor` or the file says it. PCD does by VIEWPOINT: its
+    translation is the sensor's position in the coordinates of the points. The default,
+    ``0 0 0 1 0 0 0``, says nothing, because most writers write it regardless; if the sensor is at
+    the origin, say ``sensor=origin``. Some writers mean by VIEWPOINT how the points are still to be
+    moved: then say ``origin`` or ``unknown``.
 
     Points at exactly 0, 0, 0 of which a scan has several are dropped with a remark: some sensors
     write them where nothing came back.
@@ -46,6 +57,11 @@ class Folder(ScanSource):
         Which files to take, ``"*.ply"`` for instance.
     unit : str
         The unit of length, for people to read; nothing is converted.
+    recursive : bool
+        Look into folders within the folder, too.
+    columns : list of str
+        Of tables of text: the names of all columns in order, ``_`` for those not wanted, instead
+        of those that the header has: ``[_,_,x,y,z,intensity]``.
     most_points : int
         Of a scan with more points than so many, so many are registered, drawn at random; 0 for no
         limit. The model has all points, whatever it is.
@@ -57,6 +73,8 @@ class Folder(ScanSource):
     unit: str = "file"
     path_in: str = ""
     most_points: int = MOST_POINTS
+    recursive: bool = False
+    columns: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -66,13 +84,14 @@ class Folder(ScanSource):
             )
         if self.most_points < 0:
             raise InputError(f"dataset.most_points={self.most_points}: expected 0 or more")
+        check_columns(self.columns)
         if not self.unit:
             raise InputError("dataset.unit: expected a unit of length or 'file', got nothing")
 
     @property
     def name(self) -> str:
         """The folder's name."""
-        return Path(self.path).expanduser().resolve().name or "folder" if self.path else "folder"
+        return home(self.path).resolve().name or "folder" if self.path else "folder"
 
     def load(self, rng: np.random.Generator) -> ScanSet:
         """Read the folder.
@@ -85,24 +104,37 @@ class Folder(ScanSource):
         """
         if not self.path:
             raise InputError("dataset=folder needs the folder with your scans: dataset.path=DIR")
-        folder = self._folder()
-        files = self._files(folder)
-        read = _read_all(files, self.most_points)
-        scans = tuple(each.scan for each in read)
+        folder, formats = self._folder(), manager.formats()
+        listing = find_files(folder, self.pattern, self.recursive, formats)
+        reader = Reader(folder, ReadOptions(tuple(self.columns)), formats, self.most_points)
+        read = read_all(listing.files, reader)
+        scans = tuple(each.scan for each in read.scans)
+        if len(scans) < 2:
+            raise InputError(self._toofew(folder, list(formats), listing, read))
         poses = self._poses(folder, [scan.name for scan in scans]) if self.ground_truth else None
         return ScanSet(
             self.name, scans, self.unit, poses,
             sensors={scan.name: "file" for scan in scans if scan.knows_sensor},
-            remarks=remark_on_zeros({each.scan.name: each.dropped for each in read}),
+            remarks=(
+                *remark_on_zeros({each.scan.name: each.dropped for each in read.scans}),
+                *remarks_of(read.scans), *remark_on_left_out(read.left_out), *listing.remarks,
+            ),
+            initial={each.scan.name: each.initial for each in read.scans
+                     if each.initial is not None},
+            input=Input(
+                len(listing.files) - len(read.left_out),
+                {**read.left_out, **listing.left_out},
+                inspect_scans(scans),
+            ),
         )  # fmt: skip
 
     def _folder(self) -> Path:
-        path = Path(self.path).expanduser()
+        path = home(self.path)
         if path.is_absolute() or not self.path_in:
             return path
         above = os.environ.get(self.path_in, "")
-        if above and (Path(above).expanduser() / path).is_dir():
-            return Path(above).expanduser() / path
+        if above and (home(above) / path).is_dir():
+            return home(above) / path
         state = f"is {above!r} and has none" if above else "is not set"
         raise InputError(
             f"dataset={self.name} is not on this machine: its scans are in {self.path} in the "
@@ -111,28 +143,19 @@ class Folder(ScanSource):
             "or go on with dataset=figurine, which needs no files."
         )
 
-    def _files(self, folder: Path) -> list[Path]:
-        try:
-            found = sorted(folder.iterdir(), key=lambda file: natural(file.name))
-        except OSError as error:
-            raise InputError(
-                f"dataset.path={folder}: expected a folder: {error.strerror or error}"
-            ) from error
-        files = [
-            file for file in found
-            if fnmatchcase(file.name, self.pattern) and not file.name.startswith(".")
-            and file.suffix.lower() in SUPPORTED and file.is_file()
-        ]  # fmt: skip
-        if len(files) < 2:
-            raise InputError(
-                f"dataset.path={folder}: expected at least 2 scans that match {self.pattern!r} "
-                f"and end in {', '.join(SUPPORTED)}; found {_few([f.name for f in files])} "
-                f"among {_few([file.name for file in found])}"
-            )
-        return files
+    def _toofew(self, folder: Path, suffixes: list[str], listing: Listing, read: ReadFiles) -> str:
+        there = [*listing.files, *listing.others, *listing.unmatched]
+        there = sorted([*there, *(f"{name}/" for name in listing.folders)], key=natural)
+        deeper = "; dataset.recursive=true looks into folders" if listing.folders else ""
+        return (
+            f"dataset.path={folder}: expected at least 2 scans that match {self.pattern!r} and end "
+            f"in {', '.join(suffixes)}; found {few([each.scan.name for each in read.scans])} among "
+            f"{few(there)}{''.join(f'; {each}' for each in remark_on_left_out(read.left_out))}"
+            f"{deeper}"
+        )
 
     def _poses(self, folder: Path, names: list[str]) -> dict[str, Array]:
-        file = Path(self.ground_truth).expanduser()
+        file = home(self.ground_truth)
         if not file.exists() and (folder / file).exists():
             file = folder / file
         known = read_poses(file)
@@ -140,55 +163,15 @@ class Folder(ScanSource):
         if not poses:
             raise InputError(
                 f"dataset.ground_truth={file}: expected poses of the scans in {folder}, "
-                f"{_few(names)}; got poses of {_few(list(known))}"
+                f"{few(names)}; got poses of {few(list(known))}"
             )
         return poses
 
 
-def natural(name: str) -> tuple[list[tuple[int, str]], str]:
-    """A key that sorts names as people count; the name itself settles ties."""
-    parts = re.findall(r"[0-9]+|[^0-9]+", name.casefold())
-    return [(int(part), "") if part.isdecimal() else (-1, part) for part in parts], name
-
-
-@dataclass(frozen=True)
-class _Read:
-    """A scan as read, and how many of its points were `dropped`."""
-
-    scan: Scan
-    dropped: int
-
-
-def _read_all(files: list[Path], most: int) -> list[_Read]:
-    """Read every file, and report all that cannot be read at once."""
-    found = in_threads(lambda file: _read(file, most), files)
-    errors = [f"  {each}" for each in found if isinstance(each, InputError)]
-    if errors:
-        raise InputError(
-            "\n".join([
-                f"{len(errors)} of {len(files)} files cannot be read; repair or remove them, or "
-                "leave them out by dataset.pattern:", *errors,
-            ])
-        )  # fmt: skip
-    return [each for each in found if isinstance(each, _Read)]
-
-
-def _read(file: Path, most: int) -> _Read | InputError:
-    def points() -> tuple[PointCloud, int]:
-        return without_zeros(read_cloud(file), file)
-
+def home(path: str) -> Path:
+    """A path in which ``~`` or ``~user`` at the beginning is a home folder, if there is one."""
+    given = Path(path)
     try:
-        cloud, dropped = points()
-        kept, full = held(cloud, file, lambda: points()[0], most)
-    except InputError as error:
-        return error
-    return _Read(
-        Scan(file.name, kept.points, view_point=cloud.view_point, attributes=kept.attributes,
-             full=full),
-        dropped,
-    )  # fmt: skip
-
-
-def _few(names: list[str]) -> str:
-    shown = ", ".join(names[:10]) or "nothing"
-    return f"{shown} and {len(names) - 10} more" if len(names) > 10 else shown
+        return given if given.exists() else given.expanduser()
+    except RuntimeError:  # there is no such user
+        return given

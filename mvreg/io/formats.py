@@ -70,7 +70,11 @@ FORMATS: tuple[Format, ...] = (
     Format("PCD", (".pcd",), single(read_pcd)),
     Format("OBJ", (".obj",), single(read_obj)),
     Format("STL", (".stl",), single(read_stl)),
-    Format("text", (".xyz", ".txt", ".csv", ".pts", ".asc"), single(read_text)),
+    Format(
+        "text",
+        (".xyz", ".txt", ".csv", ".pts", ".asc"),
+        lambda path, options: (read_text(path, options.columns),),
+    ),
     Format("NumPy", (".npy", ".npz"), single(read_npy)),
 )
 

@@ -59,7 +59,7 @@ def parse_lines(
 
 def is_number(word: str) -> bool:
     """Whether a word reads as a number, NaN and infinity included."""
-    return _as_float(word) is not None
+    return as_float(word) is not None
 
 
 def excerpt(line: str) -> str:
@@ -69,13 +69,14 @@ def excerpt(line: str) -> str:
 
 
 def _number(word: str, line: int, path: Path) -> float:
-    value = _as_float(word)
+    value = as_float(word)
     if value is None:
         raise InputError(f"{path}, line {line}: expected a number, got {excerpt(word)}")
     return value
 
 
-def _as_float(word: str) -> float | None:
+def as_float(word: str) -> float | None:
+    """The number that a word is, as `float` and C libraries write it; None for other words."""
     try:
         return None if "_" in word else float(word)
     except ValueError:

@@ -19,6 +19,7 @@ from mvreg.events import (
     ViewPrepared,
 )
 from mvreg.plugins.hookspecs import hookimpl
+from mvreg.report.input_rows import opening_lines
 from mvreg.report.table import open_console, render
 
 if TYPE_CHECKING:
@@ -55,6 +56,8 @@ class Console:
         match event:
             case RunStarted():
                 self._run = event
+                for line in opening_lines(event.scanset):
+                    self._err.write(f"{line}\n")
                 self._open(len(event.scanset.scans))
                 self._say(f"{event.scanset.name}: {len(event.scanset.scans)} scans, {event.method}")
                 self._show_preparing()

@@ -11,6 +11,7 @@ from itertools import chain
 from mvreg.evaluation.assess import assess
 from mvreg.evaluation.pose_errors import consistency, result_errors
 from mvreg.evaluation.survey import loop_closures, survey_links
+from mvreg.report.input_rows import input_row
 from mvreg.report.json_file import SCHEMA, to_plain
 from mvreg.report.provenance import commit, machine
 from mvreg.report.rows import (
@@ -108,6 +109,7 @@ def build_report(
         "truth": None if scanset.poses is None else dict(scanset.poses),
         "objects": None if scanset.objects is None else dict(scanset.objects),
         "motions": dict(scanset.motions),
+        "input": input_row(scanset.input, scanset.scans),
         "remarks": [
             *scanset.remarks,
             *remark_on_largest_range(scanset.scans),

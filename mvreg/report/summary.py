@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mvreg.report.formatting import confidence, count, length, number, unit
+from mvreg.report.input_rows import said
 
 if TYPE_CHECKING:
     from rich.text import Text
@@ -28,6 +29,9 @@ def totals(report: Report, folder: Path | None = None) -> Lines:
     lines: Lines = [Text(line, style="dim") for line in _legend(report)]
     lines.append("")
     lines += [Text(f"remark: {remark}", style="yellow") for remark in report.get("remarks") or []]
+    if report.get("status") != "complete":
+        found = (report.get("input") or {}).get("findings") or []
+        lines += [Text(f"input: {said(each)}", style="bold yellow") for each in found]
     if report.get("status") == "interrupted":
         lines.append(Text("interrupted: this is what was finished", style="bold red"))
     lines += _sensor_line(report)

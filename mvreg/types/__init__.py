@@ -7,6 +7,7 @@ All are frozen. Lengths are in the unit of the scans, which no stage needs to kn
 from __future__ import annotations
 
 from mvreg.geometry.arrays import Array, Indices
+from mvreg.types.inputs import Finding, Input
 from mvreg.types.records import Candidates, Matches, Registration, Verdict
 from mvreg.types.results import Link, Pair, Result
 from mvreg.types.scan import Scan, ScanSet
@@ -27,7 +28,9 @@ __all__ = [
     "Candidates",
     "Edge",
     "Features",
+    "Finding",
     "Indices",
+    "Input",
     "Link",
     "Loop",
     "Matches",

@@ -18,6 +18,7 @@ from mvreg.geometry import se3
 from mvreg.geometry.arrays import Array
 from mvreg.types import checks
 from mvreg.types.attributes import Attributes, FullPoints, Values, turned
+from mvreg.types.inputs import Input
 from mvreg.types.lazy import lazy
 
 if TYPE_CHECKING:
@@ -192,6 +193,7 @@ class ScanSet:
     `sensors` maps the names of scans whose sensor the ``file`` or the ``user`` told to that word.
     `initial` maps the names of scans whose files give a pose to that ``T_world_scan`` (4, 4).
     `remarks` are sentences on what was done to the scans when they were read.
+    `input` says what a folder held, and what looks wrong with it; None where there is no folder.
     """
 
     name: str
@@ -203,6 +205,7 @@ class ScanSet:
     sensors: Mapping[str, str] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
     initial: Mapping[str, Array] = field(default_factory=dict)
+    input: Input | None = None
 
     def __post_init__(self) -> None:
         if self.poses is not None:

@@ -277,7 +277,7 @@ def folder_of(path: Path, *names: str) -> Path:
 def test_a_folder_is_read_as_people_count(tmp_path: Path, rng: np.random.Generator) -> None:
     path = folder_of(tmp_path / "mine", "scan10.ply", "scan2.PLY", "Scan1.ply", ".hidden.ply")
     (path / "b.xyz").write_text("1 2 3\n")
-    np.save(path / "a.npy", np.ones((3, 3)))
+    np.save(path / "a.npy", np.ones((4, 3)))
     for ignored in ("truth.conf", "result.json", "README.md", "Makefile"):
         (path / ignored).write_text("no scan")
     (path / "folder.ply").mkdir()
@@ -329,13 +329,13 @@ def test_all_unreadable_files_are_reported_at_once(
 ) -> None:
     path = folder_of(tmp_path / "mine", "a.ply", "b.ply")
     (path / "bad.ply").write_text("solid")
-    (path / "worse.xyz").write_text("words")
+    (path / "worse.xyz").write_text("1 2 3\n4 five 6\n")
     with pytest.raises(InputError) as caught:
         Folder(path=str(path))(rng)
     message = str(caught.value)
     assert message.startswith("2 of 4 files cannot be read")
     assert f"{path / 'bad.ply'}, line 1" in message
-    assert f"{path / 'worse.xyz'}: expected" in message
+    assert f"{path / 'worse.xyz'}, line 2: expected" in message
     assert "dataset.pattern" in message
 
 

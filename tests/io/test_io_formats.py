@@ -89,7 +89,7 @@ def test_npz_takes_points_or_the_only_array(tmp_path: Path) -> None:
     np.savez(tmp_path / "c.npz", a=POINTS, b=POINTS)
     np.testing.assert_array_equal(read_points(tmp_path / "a.npz"), POINTS)
     np.testing.assert_array_equal(read_points(tmp_path / "b.npz"), POINTS)
-    with pytest.raises(InputError, match=r"named 'points'; found \['a', 'b'\]"):
+    with pytest.raises(InputError, match=r"named 'points', .*; found \['a', 'b'\]"):
         read_points(tmp_path / "c.npz")
 
 
@@ -111,9 +111,13 @@ def test_open3d_pcd_reads_back(tmp_path: Path, compressed: bool) -> None:
     ("name", "content", "message"),
     [
         ("a.xyz", "x y z\n1 2 3\n4 five 6\n", "line 3: expected a number, got 'five'"),
-        ("a.csv", "1,2,3\n4,,6\n", "line 2: expected 3 numbers, got 2"),
-        ("a.xyz", "1 2\n3 4\n", "line 1: expected at least 3 numbers"),
-        ("a.txt", "just words\nand more\n", "expected lines of at least 3 numbers, found none"),
+        ("a.csv", "1,2,3\n4,6\n", "line 2: expected 3 numbers, got 2"),
+        ("a.xyz", "1 2\n3 4\n", "line 1: expected lines of at least 3 numbers, got '1 2'"),
+        (
+            "a.txt",
+            "just words\nand more\n",
+            "line 1: expected lines of at least 3 numbers, got 'just words'",
+        ),
         ("a.csv", "", "found none"),
         ("a.xyz", "nan nan nan\n", "only NaN"),
         ("a.obj", "f 1 2 3\n", "expected lines 'v X Y Z'"),
@@ -152,8 +156,10 @@ def test_damage_is_named(tmp_path: Path, name: str, content: str | bytes, messag
 @pytest.mark.parametrize(
     "array",
     [
-        np.zeros((4, 2)), np.zeros(3), np.zeros((0, 3)), np.zeros((2, 3, 3)), np.array(5.0),
+        np.zeros((4, 2)), np.zeros(3), np.zeros((0, 3)), np.zeros((2, 3, 3), np.uint8),
+        np.array(5.0), np.zeros((3, 3)), np.zeros((480, 640)), np.eye(4),
         np.zeros((2, 3), complex), np.zeros((2, 3), bool), np.array([["a"] * 3]),
+        np.zeros((2, 5, 5, 3)), np.zeros((2, 3, 2)), np.zeros(4, [("a", float), ("b", float)]),
     ],
 )  # fmt: skip
 def test_wrong_arrays_are_refused(tmp_path: Path, array: np.ndarray) -> None:

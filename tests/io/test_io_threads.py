@@ -10,14 +10,14 @@ from typing import TypeVar
 import numpy as np
 import pytest
 
-import mvreg.datasets.folder
+import mvreg.datasets.folder_scans
 import mvreg.datasets.stanford
 from mvreg import parallel
 from mvreg._open3d import load_open3d
 from mvreg.datasets.folder import Folder
 from mvreg.datasets.stanford import Stanford
 from mvreg.errors import InputError
-from mvreg.io import read_cloud, read_points
+from mvreg.io import read_clouds, read_points
 from mvreg.io.quiet import quiet_open3d
 
 T = TypeVar("T")
@@ -66,14 +66,14 @@ def test_two_files_are_read_at_once(
     monkeypatch.setattr(parallel, "threads", lambda: 2)
     both = Barrier(2)
 
-    def waiting(read: Callable[[Path], T]) -> Callable[[Path], T]:
-        def both_read(path: Path) -> T:
+    def waiting(read: Callable[..., T]) -> Callable[..., T]:
+        def both_read(*arguments: object) -> T:
             both.wait(timeout=20)  # an error unless there are two here
-            return read(path)
+            return read(*arguments)
 
         return both_read
 
-    monkeypatch.setattr(mvreg.datasets.folder, "read_cloud", waiting(read_cloud))
+    monkeypatch.setattr(mvreg.datasets.folder_scans, "read_clouds", waiting(read_clouds))
     monkeypatch.setattr(mvreg.datasets.stanford, "read_points", waiting(read_points))
     assert len(Folder(path=str(folder))(rng).scans) == 6
     assert len(stanford(folder, ["0.xyz", "1.xyz"])(rng).scans) == 2

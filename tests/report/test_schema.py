@@ -12,6 +12,8 @@ from observed import apart
 
 import mvreg
 from mvreg.cli import main as cli
+from mvreg.io import PointCloud
+from mvreg.io.ply_write import write_ply_clouds
 from mvreg.observers.recorder import COLUMNS
 from mvreg.report import upgrade
 from mvreg.report.json_file import load_report
@@ -56,14 +58,23 @@ def general(path: str) -> str:
 
 @cache
 def found_in_reports() -> frozenset[str]:
-    """The paths of two reports: of a real run, and of one with everything that can be in one."""
+    """The paths of reports: of two real runs, and of one with everything that can be in one."""
     folder = Path(found_in_reports.folder)
     arguments = ["dataset=mixture", "dataset.of=['tiny views=3']", "dataset.scramble=true", "rng=0"]
     assert cli.main([*arguments, "rerun=false", f"hydra.run.dir={folder}"]) == 0
     real = load_report(folder)
+    scans = folder / "scans"
+    for index, scan in enumerate(mvreg.dataset("tiny", views=3).scans):
+        points = scan.points / (1000 if index else 1)
+        cloud = PointCloud(points, attributes={"intensity": points[:, 0]})
+        write_ply_clouds(scans / f"{index}.ply", [cloud], {"intensity": np.dtype(float)})
+    (scans / "notes.txt").write_text("on a turntable")
+    arguments = ["dataset=folder", f"dataset.path={scans}", "rerun=false"]
+    assert cli.main([*arguments, f"hydra.run.dir={folder}/other"]) == cli.NOT_PLACED
+    read = load_report(folder / "other")
     made = apart()[-1].report
     made["pairs"] = [{**pair, "evidence": {}} for pair in made["pairs"]]
-    return frozenset(general(path) for report in (real, made) for path in paths(report))
+    return frozenset(general(path) for report in (real, read, made) for path in paths(report))
 
 
 def test_every_key_of_a_report_is_written_down_and_none_besides(tmp_path, monkeypatch):

@@ -1,0 +1,172 @@
+"""The scans in files: all that each file says of them, and which files hold none."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from mvreg.datasets.folder_files import few
+from mvreg.datasets.large import held
+from mvreg.datasets.no_returns import without_zeros
+from mvreg.errors import InputError, NoScanError
+from mvreg.io import Format, PointCloud, ReadOptions, read_clouds
+from mvreg.parallel import in_threads
+from mvreg.types import Array, Scan
+
+#: A scan of fewer points than this, and than this share of those of a typical one, is no scan but
+#: a matrix, a list of targets or of positions.
+HANDFUL, SHARE = 1000, 0.02
+
+
+@dataclass(frozen=True)
+class Reader:
+    """How files are read.
+
+    Parameters
+    ----------
+    folder : Path
+    options : ReadOptions
+    formats : mapping of str to Format
+        By suffix.
+    most : int
+        Points held of a scan, 0 for all.
+    """
+
+    folder: Path
+    options: ReadOptions
+    formats: Mapping[str, Format]
+    most: int
+
+
+@dataclass(frozen=True)
+class ReadScan:
+    """A scan as read, how many of its points were `dropped`, and what its file says besides."""
+
+    scan: Scan
+    dropped: int
+    remarks: tuple[str, ...]
+    initial: Array | None
+
+
+@dataclass(frozen=True)
+class ReadFiles:
+    """The scans of all files, in order, and why the others were left out."""
+
+    scans: tuple[ReadScan, ...]
+    left_out: Mapping[str, str]
+
+
+def read_all(files: Sequence[str], reader: Reader) -> ReadFiles:
+    """Read every file, and report all that cannot be read at once.
+
+    Files that hold no scans, notes or poses, and those of a handful of points are left out where
+    others hold some.
+
+    Raises
+    ------
+    InputError
+        If any file cannot be read, or none holds scans.
+    """
+    found = in_threads(lambda name: _read(name, reader), files)
+    scans = [scan for each in found if isinstance(each, tuple) for scan in each]
+    passed_over = NoScanError if len(scans) >= 2 else ()
+    errors = [each for each in found if isinstance(each, InputError)]
+    bad = [each for each in errors if not isinstance(each, passed_over)]
+    if bad:
+        raise InputError(
+            "\n".join([
+                f"{len(bad)} of {len(files)} files cannot be read; repair or remove them, or "
+                "leave them out by dataset.pattern:", *(f"  {each}" for each in bad),
+            ])
+        )  # fmt: skip
+    left_out = {
+        name: _reason(each)
+        for name, each in zip(files, found, strict=True)
+        if isinstance(each, NoScanError)
+    }
+    typical = _typical([len(each.scan.points) for each in scans])
+    few = [each for each in scans if len(each.scan.points) < min(HANDFUL, SHARE * typical)]
+    for each in few:
+        left_out[each.scan.name] = f"only {len(each.scan.points)} points"
+    return ReadFiles(tuple(each for each in scans if each not in few), left_out)
+
+
+def _reason(error: NoScanError) -> str:
+    """Why a file holds no scan, without its name and what to do."""
+    told = re.sub(r"^.*?: (expected points, found )?", "", str(error), count=1)
+    return told.removesuffix("; leave this file out")
+
+
+def _typical(counts: list[int]) -> float:
+    """The size of the scan that a typical point is in: many small ones do not change it."""
+    ordered = np.sort(np.array(counts, dtype=np.int64))
+    if not len(ordered):
+        return 0.0
+    return float(ordered[np.searchsorted(np.cumsum(ordered), ordered.sum() / 2)])
+
+
+def _read(name: str, reader: Reader) -> tuple[ReadScan, ...] | InputError:
+    path = reader.folder / name
+    try:
+        clouds = read_clouds(path, reader.options, reader.formats)
+        names = _names(name, clouds)
+        return tuple(
+            _scan(names[index], cloud, index, path, reader) for index, cloud in enumerate(clouds)
+        )
+    except InputError as error:
+        return error
+
+
+def _names(file: str, clouds: Sequence[PointCloud]) -> list[str]:
+    """The file's name for its only scan; else with that of the scan, or with its number."""
+    if len(clouds) == 1:
+        return [file]
+    own = [cloud.name for cloud in clouds]
+    if all(own) and len(set(own)) == len(own):
+        return [f"{file}:{name}" for name in own]
+    return [f"{file}:{number}" for number in range(1, len(clouds) + 1)]
+
+
+def _scan(name: str, cloud: PointCloud, index: int, path: Path, reader: Reader) -> ReadScan:
+    def again() -> PointCloud:
+        return without_zeros(read_clouds(path, reader.options, reader.formats)[index], path)[0]
+
+    cloud, dropped = without_zeros(cloud, path)
+    kept, full = held(cloud, path, again, reader.most)
+    scan = Scan(
+        name, kept.points, view_point=cloud.view_point,
+        up=np.array([0.0, 0.0, 1.0]) if cloud.levelled else None,
+        attributes=kept.attributes, full=full,
+    )  # fmt: skip
+    return ReadScan(scan, dropped, cloud.remarks, cloud.T_world_scan)
+
+
+def remarks_of(scans: Sequence[ReadScan]) -> tuple[str, ...]:
+    """What the readers said, once for all the scans of which they said the same but for numbers."""
+    said: dict[str, list[str]] = {}
+    for each in scans:
+        for remark in each.remarks:
+            said.setdefault(re.sub(r"\d[\d,.]*", "#", remark), []).append(
+                f"{each.scan.name}: {remark}"
+            )
+    return tuple(
+        first + (f" (and {len(more)} more scan{'s' * (len(more) > 1)} alike)" if more else "")
+        for first, *more in said.values()
+    )
+
+
+def remark_on_left_out(left_out: Mapping[str, str]) -> tuple[str, ...]:
+    """What is said of files that hold no scans: one sentence, or nothing."""
+    if not left_out:
+        return ()
+    reasons: dict[str, list[str]] = {}
+    for name, why in left_out.items():
+        reasons.setdefault(why, []).append(name)
+    shown = [f"{few(names, 2)} ({why})" for why, names in list(reasons.items())[:3]]
+    more = " and others" * (len(reasons) > 3)
+    files = "1 file" if len(left_out) == 1 else f"{len(left_out)} files"
+    return (f"left out {files} without a scan: {', '.join(shown)}{more}",)

@@ -1,0 +1,116 @@
+"""What the columns of a table of text are called, and which of them are x, y and z."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+
+_UNIT = re.compile(r"\s*(\[[^\]]*\]|\([^)]*\))")
+_TOKEN = re.compile(r"[A-Z]?[a-zäöü]+|[A-ZÄÖÜ]+|\d+")
+#: Words of a name that say nothing of the axis: units, and whose coordinates they are.
+_DECORATION = frozenset([
+    "m", "mm", "cm", "dm", "km", "um", "in", "inch", "inches", "ft", "feet", "foot", "us", "metre",
+    "metres", "meter", "meters", "coord", "coords", "coordinate", "coordinates", "koord",
+    "koordinate", "pos", "position", "point", "points", "pt", "pts", "p", "vertex", "world",
+    "local", "utm", "global", "scanner", "sensor", "lidar", "cartesian", "cart", "loc", "location",
+])  # fmt: skip
+#: Names of points as a whole, whose components are numbered from 0: ``Points_m_XYZ:0``.
+_WHOLE = frozenset(["point", "points", "position", "coordinates", "coords"])
+_SUFFIX = re.compile(r"^([xyz])(coord|coords|koord|pos)$")
+_AXES = {
+    "x": "x", "y": "y", "z": "z",
+    "east": "east", "easting": "east", "e": "east", "rechtswert": "east",
+    "north": "north", "northing": "north", "n": "north", "hochwert": "north",
+    "up": "up", "height": "up", "h": "up", "elevation": "up", "elev": "up", "altitude": "up",
+    "alt": "up", "hoehe": "up", "höhe": "up",
+}  # fmt: skip
+#: Axes that make a right-handed frame, the likelier first.
+_FRAMES = (("x", "y", "z"), ("east", "north", "up"), ("x", "y", "up"), ("east", "north", "z"))
+_COLOURS = {"r": "red", "g": "green", "b": "blue"}
+_KNOWN = {
+    "scalar_intensity": "intensity", "nx": "nx", "ny": "ny", "nz": "nz", "normal_x": "nx",
+    "normal_y": "ny", "normal_z": "nz", "red": "red", "green": "green", "blue": "blue",
+    "intensity": "intensity", "diffuse_red": "red", "diffuse_green": "green",
+    "diffuse_blue": "blue",
+}  # fmt: skip
+#: Names of the parts of a unit quaternion: a table that has them holds poses, not points.
+QUATERNION = frozenset(["qw", "qx", "qy", "qz"])
+
+
+def clean(name: str) -> str:
+    """A name without quotes, marks of comments and units in brackets."""
+    return _UNIT.sub("", name.strip().strip("\"'").lstrip("#/%!")).strip().strip("\"'")
+
+
+def axes_named(names: Sequence[str]) -> tuple[int, int, int] | None:
+    """The columns that are x, y and z by their names, in any of the ways to write these.
+
+    Easting, northing and height are x, y and z. Where several columns will do, those count that
+    have nothing besides the axis in their names, then those whose names go together.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of all columns, in order: ``X[mm]``, ``X_m``, ``Points_m_XYZ:0``, ``Easting``, ``//X``.
+
+    Returns
+    -------
+    tuple of three positions, or None where the names tell no three.
+    """
+    found = [(column, *role) for column, name in enumerate(names) if (role := _role(name))]
+    kinds = sorted(dict.fromkeys(decoration for _, _, decoration in found), key=len)
+    for frame in _FRAMES:
+        for kind in kinds:
+            at = {axis: column for column, axis, words in reversed(found) if words == kind}
+            if set(frame) <= set(at):
+                return at[frame[0]], at[frame[1]], at[frame[2]]
+    axes = [axis for _, axis, _ in found]
+    for frame in _FRAMES:
+        if all(axes.count(axis) == 1 for axis in frame):
+            x, y, z = (found[axes.index(axis)][0] for axis in frame)
+            return x, y, z
+    return None
+
+
+def _role(name: str) -> tuple[str, tuple[str, ...]] | None:
+    """Which axis a name means, and the words around it; None for other names."""
+    words = [word.lower() for word in _TOKEN.findall(clean(name))]
+    decoration = tuple(word for word in words if word in _DECORATION)
+    rest = [word for word in words if word not in _DECORATION]
+    if rest[:1] == ["xyz"] and len(rest) == 2:
+        decoration, rest = (*decoration, "xyz"), rest[1:]
+    numbered = bool({"xyz", *_WHOLE} & set(decoration))
+    if len(rest) != 1:
+        return None
+    if numbered and rest[0] in ("0", "1", "2"):
+        return "xyz"[int(rest[0])], decoration
+    suffixed = _SUFFIX.match(rest[0])
+    axis = suffixed[1] if suffixed else _AXES.get(rest[0])
+    return (axis, decoration) if axis else None
+
+
+def attribute_names(names: Sequence[str]) -> list[str]:
+    """What the columns are called as attributes: of known ones as in PLY; each once.
+
+    Columns without a name are called ``column_4``, counted from 1.
+    """
+    given = [clean(name) for name in names]
+    lower = [name.lower() for name in given]
+    colours = _COLOURS if set(_COLOURS) <= set(lower) else {}
+    found: list[str] = []
+    for column, (name, key) in enumerate(zip(given, lower, strict=True), 1):
+        known = colours.get(key) or _KNOWN.get(key) or name or f"column_{column}"
+        found.append(known if known not in found else f"{known}_{column}")
+    return found
+
+
+def split_heading(line: str, parts: Iterable[str]) -> list[list[str]]:
+    """A line of names cut at each of `parts`, in turn; "" cuts at blanks."""
+    bare = _UNIT.sub("", line.strip().lstrip("#/%!;").strip())
+    found = []
+    for part in parts:
+        cells = [clean(cell) for cell in (bare.split(part) if part else bare.split())]
+        if cells and cells[0].endswith(":"):  # "columns: x y z"
+            cells = cells[1:]
+        found.append(cells)
+    return found
