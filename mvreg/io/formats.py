@@ -9,11 +9,18 @@ from pathlib import Path
 from mvreg.errors import InputError
 from mvreg.io.arrays import read_npy
 from mvreg.io.cloud import PointCloud
+from mvreg.io.e57 import read_e57
+from mvreg.io.gltf import read_gltf
+from mvreg.io.las import read_las
 from mvreg.io.obj import read_obj
+from mvreg.io.off import read_off
 from mvreg.io.pcd import read_pcd
 from mvreg.io.ply import read_ply
+from mvreg.io.pts import read_pts
+from mvreg.io.ptx import read_ptx
 from mvreg.io.stl import read_stl
 from mvreg.io.text import read_text
+from mvreg.io.vtk import read_vtk
 from mvreg.types import Array
 
 
@@ -54,6 +61,15 @@ class Format:
     read: Reader
 
 
+def several(reader: Callable[[Path], Sequence[PointCloud]]) -> Reader:
+    """A reader of files that may hold several scans, from a function of the path alone."""
+
+    def read(path: Path, options: ReadOptions) -> Sequence[PointCloud]:
+        return reader(path)
+
+    return read
+
+
 def single(reader: Callable[[Path], Array | PointCloud]) -> Reader:
     """A reader of files that hold one scan, from a function of the path alone."""
 
@@ -69,8 +85,15 @@ FORMATS: tuple[Format, ...] = (
     Format("PLY", (".ply",), single(read_ply)),
     Format("PCD", (".pcd",), single(read_pcd)),
     Format("OBJ", (".obj",), single(read_obj)),
+    Format("OFF", (".off",), single(read_off)),
     Format("STL", (".stl",), single(read_stl)),
-    Format("text", (".xyz", ".txt", ".csv", ".pts", ".asc"), single(read_text)),
+    Format("text", (".xyz", ".txt", ".csv", ".asc"), single(read_text)),
+    Format("PTS", (".pts",), several(read_pts)),
+    Format("PTX", (".ptx",), several(read_ptx)),
+    Format("LAS", (".las", ".laz"), single(read_las)),
+    Format("E57", (".e57",), several(read_e57)),
+    Format("glTF", (".glb", ".gltf"), single(read_gltf)),
+    Format("VTK", (".vtk",), single(read_vtk)),
     Format("NumPy", (".npy", ".npz"), single(read_npy)),
 )
 

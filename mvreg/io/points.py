@@ -10,11 +10,13 @@ import numpy as np
 
 from mvreg.errors import InputError
 from mvreg.io.cloud import PointCloud
+from mvreg.io.compressed import with_compressed
 from mvreg.io.formats import FORMATS, Format, ReadOptions, by_suffix, format_of
+from mvreg.io.mesh_points import with_points_on_triangles
 from mvreg.types import Array
 
 #: The formats that come with mvreg by lower-case suffix.
-READERS: dict[str, Format] = by_suffix(FORMATS)
+READERS: dict[str, Format] = with_compressed(by_suffix(FORMATS))
 
 #: The suffixes that can be read without a plugin, in lower case; upper case is fine too.
 SUPPORTED: tuple[str, ...] = tuple(READERS)
@@ -67,7 +69,9 @@ def read_clouds(
 ) -> tuple[PointCloud, ...]:
     """Read all scans of one file; its suffix says how.
 
-    Points that are NaN or infinite are dropped: range scanners write them for "no return".
+    Points that are NaN or infinite are dropped: range scanners write them for "no return". Where
+    a mesh is too coarse for its vertices to show its surface, the points are spread over its
+    triangles instead, and a remark says so: `mesh_points.with_points_on_triangles`.
 
     Parameters
     ----------
@@ -93,22 +97,26 @@ def read_clouds(
         empty cloud. The message names the file, the line or byte where there is one, and why.
     """
     path = Path(path)
-    reader = format_of(path, READERS if formats is None else formats).read
+    known = READERS if formats is None else with_compressed(formats)
+    reader = format_of(path, known).read
     try:
         if path.exists() and not path.is_file():
             raise InputError(f"{path}: expected a file, found a folder or a device")
-        found = reader(path, options or ReadOptions())
+        with np.errstate(all="ignore"):  # what is not finite is dropped below
+            found = reader(path, options or ReadOptions())
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from error
     except (MemoryError, OverflowError) as error:
         raise InputError(f"{path}: asks for more memory than there is; is it damaged?") from error
     if not found:
         raise InputError(f"{path}: expected at least one scan, found none; leave this file out")
-    return tuple(_finite(cloud, path) for cloud in found)
+    with np.errstate(all="ignore"):
+        return tuple(_finite(cloud, path) for cloud in found)
 
 
 def _finite(cloud: PointCloud, path: Path) -> PointCloud:
     cloud = replace(cloud, points=np.asarray(cloud.points, dtype=np.float64))
+    cloud = with_points_on_triangles(cloud)
     if len(cloud.points) == 0:
         raise InputError(f"{path}: expected at least one point, found none; leave this file out")
     finite = np.isfinite(cloud.points)
