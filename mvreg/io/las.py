@@ -138,9 +138,12 @@ def _check_header(path: Path) -> None:
 def _room_in_chunks(stream: Any, start: int, size: int, length: int, path: Path) -> int:
     """At most how many points a compressed file can hold.
 
-    lazrs 0.8 asks for as much memory as the number of chunks says, and ends the process where
-    there is less; each chunk begins with a whole point, so that there is a limit to their number.
+    lazrs 0.8 asks for as much memory as the table of chunks and their size say, and ends the
+    process where there is less. So both are held against the size of the file first: each chunk
+    begins with a whole point, and no scan is compressed a thousandfold.
     """
+    import lazrs
+
     stream.seek(0)
     before = stream.read(start)
     (table,) = struct.unpack("<q", stream.read(8).ljust(8, b"\xff"))
@@ -159,5 +162,17 @@ def _room_in_chunks(stream: Any, start: int, size: int, length: int, path: Path)
     at = before.find(b"laszip encoded") - 2
     if at < 0 or len(before) < at + 54 + 16:
         raise InputError(f"{path}: expected the record 'laszip encoded' before the points")
-    (per_chunk,) = struct.unpack_from("<I", before, at + 54 + 12)
-    return int(chunks * per_chunk)
+    (record,) = struct.unpack_from("<H", before, at + 20)
+    stream.seek(start)
+    try:
+        read = lazrs.read_chunk_table(stream, lazrs.LazVlr(before[at + 54 : at + 54 + record]))
+    except Exception as error:  # a compiled library raises as it pleases
+        raise InputError(f"{path}: not a readable LAZ file: {error}") from error
+    in_chunks = sum(size for _, size in read)
+    most = max((points for points, _ in read), default=0)
+    if in_chunks > table - start - 8 or most > max(1_000_000, 1000 * size // max(length, 1)):
+        raise InputError(
+            f"{path}, byte {table}: the table tells of chunks of {in_chunks} bytes and up to "
+            f"{most} points, found {table - start - 8} bytes before it; the file is damaged"
+        )
+    return sum(points for points, _ in read)
