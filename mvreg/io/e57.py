@@ -1,7 +1,7 @@
 """Read E57 files through libe57, as pye57 brings it.
 
-Not through pye57's own functions: those of 0.4.19 ask for colours in 8 bits and for row indices in
-16, take poses by the order of their parts, and fail where an optional field is missing.
+Not through pye57's own functions: those of 0.4.19 refuse colours of 16 bits and row indices beyond
+16 bits, take poses by the order of their parts, and fail where an optional field is missing.
 """
 
 from __future__ import annotations

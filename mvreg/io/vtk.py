@@ -1,6 +1,6 @@
 """Read the points of legacy VTK files.
 
-Ours: meshio 5.3 reads files of points alone only in part, and VTK itself is a hundred megabytes.
+Ours, as VTK's own package is large and the points of its files are simple.
 """
 
 from __future__ import annotations
