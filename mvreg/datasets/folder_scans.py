@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import closing
+from dataclasses import dataclass, replace
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +15,7 @@ from mvreg.datasets.folder_files import few
 from mvreg.datasets.large import held
 from mvreg.datasets.no_returns import without_zeros
 from mvreg.errors import InputError, NoScanError
-from mvreg.io import Format, PointCloud, ReadOptions, read_clouds
+from mvreg.io import Format, PointCloud, ReadOptions, iterate_clouds
 from mvreg.parallel import in_threads
 from mvreg.types import Array, Scan
 
@@ -112,28 +114,33 @@ def _typical(counts: list[int]) -> float:
 def _read(name: str, reader: Reader) -> tuple[ReadScan, ...] | InputError:
     path = reader.folder / name
     try:
-        clouds = read_clouds(path, reader.options, reader.formats)
-        names = _names(name, clouds)
+        # One at a time: of a large scan only a part is held.
+        found = [
+            (cloud.name, _scan(name, cloud, index, path, reader))
+            for index, cloud in enumerate(iterate_clouds(path, reader.options, reader.formats))
+        ]
+        names = _names(name, [own for own, _ in found])
         return tuple(
-            _scan(names[index], cloud, index, path, reader) for index, cloud in enumerate(clouds)
+            replace(each, scan=replace(each.scan, name=scan_name))
+            for scan_name, (_, each) in zip(names, found, strict=True)
         )
     except InputError as error:
         return error
 
 
-def _names(file: str, clouds: Sequence[PointCloud]) -> list[str]:
+def _names(file: str, own: Sequence[str]) -> list[str]:
     """The file's name for its only scan; else with that of the scan, or with its number."""
-    if len(clouds) == 1:
+    if len(own) == 1:
         return [file]
-    own = [cloud.name for cloud in clouds]
     if all(own) and len(set(own)) == len(own):
         return [f"{file}:{name}" for name in own]
-    return [f"{file}:{number}" for number in range(1, len(clouds) + 1)]
+    return [f"{file}:{number}" for number in range(1, len(own) + 1)]
 
 
 def _scan(name: str, cloud: PointCloud, index: int, path: Path, reader: Reader) -> ReadScan:
     def again() -> PointCloud:
-        return without_zeros(read_clouds(path, reader.options, reader.formats)[index], path)[0]
+        with closing(iterate_clouds(path, reader.options, reader.formats)) as clouds:
+            return without_zeros(next(islice(clouds, index, None)), path)[0]
 
     cloud, dropped = without_zeros(cloud, path)
     kept, full = held(cloud, path, again, reader.most)

@@ -3,7 +3,14 @@
 from mvreg.io.cloud import PointCloud
 from mvreg.io.formats import FORMATS, Format, ReadOptions
 from mvreg.io.ply_write import write_ply, write_ply_clouds
-from mvreg.io.points import READERS, SUPPORTED, read_cloud, read_clouds, read_points
+from mvreg.io.points import (
+    READERS,
+    SUPPORTED,
+    iterate_clouds,
+    read_cloud,
+    read_clouds,
+    read_points,
+)
 from mvreg.io.poses import read_poses
 
 __all__ = [
@@ -13,6 +20,7 @@ __all__ = [
     "Format",
     "PointCloud",
     "ReadOptions",
+    "iterate_clouds",
     "read_cloud",
     "read_clouds",
     "read_points",

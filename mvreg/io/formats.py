@@ -9,11 +9,18 @@ from pathlib import Path
 from mvreg.errors import InputError
 from mvreg.io.arrays import read_npy
 from mvreg.io.cloud import PointCloud
+from mvreg.io.e57 import read_e57
+from mvreg.io.gltf import read_gltf
+from mvreg.io.las import read_las
 from mvreg.io.obj import read_obj
+from mvreg.io.off import read_off
 from mvreg.io.pcd import read_pcd
 from mvreg.io.ply import read_ply
+from mvreg.io.pts import read_pts
+from mvreg.io.ptx import read_ptx
 from mvreg.io.stl import read_stl
 from mvreg.io.text import read_text
+from mvreg.io.vtk import read_vtk
 from mvreg.types import Array
 
 
@@ -31,8 +38,9 @@ class ReadOptions:
     columns: tuple[str, ...] = ()
 
 
-#: A reader: all scans in a file, in its order. Raises `InputError` with file, place and reason.
-Reader = Callable[[Path, ReadOptions], Sequence[PointCloud]]
+#: A reader: all scans in a file, in its order, one at a time where the file is large. Raises
+#: `InputError` with file, place and reason.
+Reader = Callable[[Path, ReadOptions], Iterable[PointCloud]]
 
 
 @dataclass(frozen=True)
@@ -54,6 +62,15 @@ class Format:
     read: Reader
 
 
+def several(reader: Callable[[Path], Iterable[PointCloud]]) -> Reader:
+    """A reader of files that may hold several scans, from a function of the path alone."""
+
+    def read(path: Path, options: ReadOptions) -> Iterable[PointCloud]:
+        return reader(path)
+
+    return read
+
+
 def single(reader: Callable[[Path], Array | PointCloud]) -> Reader:
     """A reader of files that hold one scan, from a function of the path alone."""
 
@@ -69,12 +86,19 @@ FORMATS: tuple[Format, ...] = (
     Format("PLY", (".ply",), single(read_ply)),
     Format("PCD", (".pcd",), single(read_pcd)),
     Format("OBJ", (".obj",), single(read_obj)),
+    Format("OFF", (".off",), single(read_off)),
     Format("STL", (".stl",), single(read_stl)),
     Format(
         "text",
-        (".xyz", ".txt", ".csv", ".pts", ".asc"),
+        (".xyz", ".txt", ".csv", ".asc"),
         lambda path, options: (read_text(path, options.columns),),
     ),
+    Format("PTS", (".pts",), lambda path, options: read_pts(path, options.columns)),
+    Format("PTX", (".ptx",), several(read_ptx)),
+    Format("LAS", (".las", ".laz"), single(read_las)),
+    Format("E57", (".e57",), several(read_e57)),
+    Format("glTF", (".glb", ".gltf"), single(read_gltf)),
+    Format("VTK", (".vtk",), single(read_vtk)),
     Format("NumPy", (".npy", ".npz"), single(read_npy)),
 )
 

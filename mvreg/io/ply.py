@@ -14,11 +14,12 @@ from mvreg.io.cloud import PointCloud, stacked
 from mvreg.io.names import with_usual_names
 from mvreg.io.ply_ascii import read_ascii
 from mvreg.io.ply_binary import read_binary
+from mvreg.io.ply_faces import read_triangles
 from mvreg.io.ply_header import Header, read_header
 
 
 def read_ply(path: Path) -> PointCloud:
-    """Read the vertices, NaN included, with every scalar property.
+    """Read the vertices, NaN included, with every scalar property, and the triangles if any.
 
     Raises
     ------
@@ -31,7 +32,8 @@ def read_ply(path: Path) -> PointCloud:
     read = read_ascii if header.format == "ascii" else read_binary
     values = read(data, header, path)
     points = stacked(values)
-    return PointCloud(points, attributes=with_usual_names(values))
+    triangles = read_triangles(data, header)
+    return PointCloud(points, attributes=with_usual_names(values), triangles=triangles)
 
 
 def _check_size(header: Header, left: int, path: Path) -> None:

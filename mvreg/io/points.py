@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Generator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,11 +10,13 @@ import numpy as np
 
 from mvreg.errors import InputError
 from mvreg.io.cloud import PointCloud
+from mvreg.io.compressed import with_compressed
 from mvreg.io.formats import FORMATS, Format, ReadOptions, by_suffix, format_of
+from mvreg.io.mesh_points import with_points_on_triangles
 from mvreg.types import Array
 
 #: The formats that come with mvreg by lower-case suffix.
-READERS: dict[str, Format] = by_suffix(FORMATS)
+READERS: dict[str, Format] = with_compressed(by_suffix(FORMATS))
 
 #: The suffixes that can be read without a plugin, in lower case; upper case is fine too.
 SUPPORTED: tuple[str, ...] = tuple(READERS)
@@ -65,9 +67,20 @@ def read_clouds(
     options: ReadOptions | None = None,
     formats: Mapping[str, Format] | None = None,
 ) -> tuple[PointCloud, ...]:
-    """Read all scans of one file; its suffix says how.
+    """Read all scans of one file; its suffix says how. As `iterate_clouds`, all at once."""
+    return tuple(iterate_clouds(path, options, formats))
 
-    Points that are NaN or infinite are dropped: range scanners write them for "no return".
+
+def iterate_clouds(
+    path: str | Path,
+    options: ReadOptions | None = None,
+    formats: Mapping[str, Format] | None = None,
+) -> Generator[PointCloud, None, None]:
+    """Read the scans of one file, one after the other; its suffix says how.
+
+    Points that are NaN or infinite are dropped: range scanners write them for "no return". Where
+    a mesh is too coarse for its vertices to show its surface, the points are spread over its
+    triangles instead, and a remark says so: `mesh_points.with_points_on_triangles`.
 
     Parameters
     ----------
@@ -78,9 +91,9 @@ def read_clouds(
     formats : mapping of str to Format, optional
         By suffix; those that come with mvreg if not given.
 
-    Returns
-    -------
-    tuple of PointCloud
+    Yields
+    ------
+    PointCloud
         At least one, each with finite points (N, 3) in the file's own unit, N >= 1, in the file's
         order. The sensor's position is in the same coordinates, where the file tells it: the
         VIEWPOINT of a PCD file, unless it is the default ``0 0 0 1 0 0 0``, which most writers
@@ -93,22 +106,27 @@ def read_clouds(
         empty cloud. The message names the file, the line or byte where there is one, and why.
     """
     path = Path(path)
-    reader = format_of(path, READERS if formats is None else formats).read
+    known = READERS if formats is None else with_compressed(formats)
+    reader = format_of(path, known).read
     try:
         if path.exists() and not path.is_file():
             raise InputError(f"{path}: expected a file, found a folder or a device")
-        found = reader(path, options or ReadOptions())
+        nothing = True
+        with np.errstate(all="ignore"):  # what is not finite is dropped
+            for cloud in reader(path, options or ReadOptions()):
+                nothing = False
+                yield _finite(cloud, path)
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from error
     except (MemoryError, OverflowError) as error:
         raise InputError(f"{path}: asks for more memory than there is; is it damaged?") from error
-    if not found:
+    if nothing:
         raise InputError(f"{path}: expected at least one scan, found none; leave this file out")
-    return tuple(_finite(cloud, path) for cloud in found)
 
 
 def _finite(cloud: PointCloud, path: Path) -> PointCloud:
     cloud = replace(cloud, points=np.asarray(cloud.points, dtype=np.float64))
+    cloud = with_points_on_triangles(cloud)
     if len(cloud.points) == 0:
         raise InputError(f"{path}: expected at least one point, found none; leave this file out")
     finite = np.isfinite(cloud.points)

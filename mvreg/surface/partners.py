@@ -8,13 +8,15 @@ have seen is no better known by eighty.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import minimum_spanning_tree
 
 from mvreg.geometry import se3
 from mvreg.geometry.arrays import Array
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 #: Partners of a view at most, besides those that chose it and those of a spanning tree. On
 #: ``figurine`` with 60 views 16 move the poses by 0.01 resolutions.
@@ -79,6 +81,8 @@ def _ends(i: int, j: int) -> tuple[int, int]:
 
 def _cells(points: Sequence[Array], poses: Sequence[Array], edge: float) -> csr_array:
     """Which cells (columns) each view (row) is in: 0 or 1."""
+    from scipy.sparse import csr_array
+
     moved = [
         se3.apply(pose, cloud[:: -(-len(cloud) // ASKED) or 1])
         for cloud, pose in zip(points, poses, strict=True)
@@ -93,6 +97,8 @@ def _cells(points: Sequence[Array], poses: Sequence[Array], edge: float) -> csr_
 
 def _tree(shared: csr_array) -> list[tuple[int, int]]:
     """The pairs of a spanning forest of the largest overlaps."""
+    from scipy.sparse.csgraph import minimum_spanning_tree
+
     costs = shared.copy()
     costs.setdiag(0)
     costs.eliminate_zeros()

@@ -12,12 +12,15 @@ from hypothesis import strategies as st
 import mvreg.io.obj
 import mvreg.io.pcd
 import mvreg.io.ply_ascii
+import mvreg.io.stations
 import mvreg.io.text_rows
 from mvreg.errors import InputError
 from mvreg.io import read_points
 from mvreg.kernels.text import parse_rows
 
-MODULES = (mvreg.io.obj, mvreg.io.pcd, mvreg.io.ply_ascii, mvreg.io.text_rows)
+MODULES = (
+    mvreg.io.obj, mvreg.io.pcd, mvreg.io.ply_ascii, mvreg.io.stations, mvreg.io.text_rows,
+)  # fmt: skip
 XYZ = "property float x\nproperty float y\nproperty float z\n"
 PLY = "ply\nformat ascii 1.0\nelement vertex {n}\n" + XYZ
 PCD = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH {n}\nHEIGHT 1\nDATA ascii\n"

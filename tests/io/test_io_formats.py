@@ -56,7 +56,6 @@ def pcd(data: str, body: bytes, n: int = 4, size: int = 4) -> bytes:
         ("a.obj", "# c\nv " + "\nv ".join(ROWS) + "\nvn 0 0 1\nvt 0 0\nf 1 2 3\n"),
         ("only_points.obj", "v " + "\r\nv ".join(ROWS)),
         ("colours.obj", "".join(f"  v\t{row} 1 0 0\n" for row in ROWS)),
-        ("a.STL", STL),
         ("ascii.pcd", pcd("ascii", "\n".join(ROWS).encode())),
         ("binary.pcd", pcd("binary", POINTS.astype("<f4").tobytes())),
         ("double.pcd", pcd("binary", POINTS.tobytes(), size=8)),
@@ -213,7 +212,7 @@ def samples(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     good[".obj"] = ("v " + "\nv ".join(ROWS)).encode()
     good[".pcd"] = pcd("binary", POINTS.astype("<f4").tobytes())
     good[".stl"] = STL
-    assert set(good) == set(READERS)
+    assert set(good) <= set(READERS)  # those of several scans, and binary ones: test_fuzz_readers
     return good
 
 
@@ -256,7 +255,8 @@ def test_open3d_is_imported_in_one_place() -> None:
 def test_reading_does_not_load_heavy_modules() -> None:
     code = (
         "import sys, mvreg.io, mvreg.datasets.stanford, mvreg.datasets.folder\n"
-        "print(sorted({'open3d', 'rerun', 'rich', 'pooch', 'scipy', 'platformdirs'} & "
+        "print(sorted({'open3d', 'rerun', 'rich', 'pooch', 'scipy', 'platformdirs', "
+        "'laspy', 'pye57', 'trimesh'} & "
         "set(sys.modules)))"
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -12,6 +12,7 @@ from hypothesis.extra import numpy as hnp
 
 from mvreg.errors import InputError
 from mvreg.io import read_points, write_ply
+from mvreg.io.ply import read_ply
 
 CODES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4",
          "float": "f4", "double": "f8", "int16": "i2", "float64": "f8"}  # fmt: skip
@@ -105,7 +106,8 @@ def layouts(draw: st.DrawFn) -> Layout:
 @given(layouts())
 def test_every_layout_reads_back(tmp_path: Path, layout: Layout) -> None:
     path = ply(tmp_path / "a.ply", layout.header(), layout.body(), layout.newline)
-    np.testing.assert_array_equal(read_points(path), layout.points)
+    # Where a layout has faces these are any, and no mesh to put points on.
+    np.testing.assert_array_equal(read_ply(path).points, layout.points)
 
 
 @quick
@@ -118,7 +120,7 @@ def test_cut_anywhere_it_is_an_error_or_whole(
     path = tmp_path / "cut.ply"
     path.write_bytes(whole[:cut])
     try:
-        points = read_points(path)
+        points = read_ply(path).points
     except InputError as error:
         assert str(path) in str(error)
         return

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from threading import Barrier, Event, Thread
+from threading import Barrier
 from typing import TypeVar
 
 import numpy as np
@@ -13,15 +13,12 @@ import pytest
 import mvreg.datasets.folder_scans
 import mvreg.datasets.stanford
 from mvreg import parallel
-from mvreg._open3d import load_open3d
 from mvreg.datasets.folder import Folder
 from mvreg.datasets.stanford import Stanford
 from mvreg.errors import InputError
-from mvreg.io import read_clouds, read_points
-from mvreg.io.quiet import quiet_open3d
+from mvreg.io import iterate_clouds, read_points
 
 T = TypeVar("T")
-FACET = "facet normal 0 0 1\nouter loop\nvertex {}\nvertex {}\nvertex {}\nendloop\nendfacet\n"
 
 
 @pytest.fixture
@@ -73,7 +70,7 @@ def test_two_files_are_read_at_once(
 
         return both_read
 
-    monkeypatch.setattr(mvreg.datasets.folder_scans, "read_clouds", waiting(read_clouds))
+    monkeypatch.setattr(mvreg.datasets.folder_scans, "iterate_clouds", waiting(iterate_clouds))
     monkeypatch.setattr(mvreg.datasets.stanford, "read_points", waiting(read_points))
     assert len(Folder(path=str(folder))(rng).scans) == 6
     assert len(stanford(folder, ["0.xyz", "1.xyz"])(rng).scans) == 2
@@ -88,34 +85,3 @@ def test_the_first_file_in_order_that_is_damaged_is_named(
         stanford(folder, sorted(points))(rng)
     with pytest.raises(InputError, match=r"3 of 6 files .*\n.*2\.xyz.*\n.*4\.xyz.*\n.*5\.xyz"):
         Folder(path=str(folder))(rng)
-
-
-def test_open3d_is_quiet_for_one_thread_at_a_time() -> None:
-    inside = Event()
-
-    def work() -> None:
-        with quiet_open3d():
-            inside.set()
-
-    with quiet_open3d():
-        thread = Thread(target=work)
-        thread.start()
-        assert not inside.wait(timeout=0.2)
-    thread.join()
-    assert inside.is_set()
-
-
-def test_files_that_open3d_reads_leave_it_as_loud_as_it_was(
-    tmp_path: Path, rng: np.random.Generator
-) -> None:
-    open3d = load_open3d()
-    before = open3d.utility.get_verbosity_level()
-    assert before != open3d.utility.VerbosityLevel.Error
-    for index in range(8):
-        corners = rng.integers(-9, 9, size=(200, 3, 3)).astype(str)
-        facets = "".join(FACET.format(*map(" ".join, each)) for each in corners.tolist())
-        (tmp_path / f"{index}.stl").write_text(f"solid x\n{facets}endsolid x\n")
-    scans = Folder(path=str(tmp_path))(rng).scans
-    assert open3d.utility.get_verbosity_level() == before
-    for scan in scans:
-        np.testing.assert_array_equal(scan.points, read_points(tmp_path / scan.name))

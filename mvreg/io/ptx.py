@@ -1,0 +1,124 @@
+"""Read PTX files: gridded scans, each in its scanner's frame, with its pose."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from mvreg.geometry import se3
+from mvreg.io.cloud import PointCloud
+from mvreg.io.pts import attributes
+from mvreg.io.stations import Lines, with_points
+from mvreg.types import Array
+
+_COUNT = re.compile(r"\s*(\d{1,9})\s*")
+#: How far from a rotation the printed digits of one may be.
+_ROUNDING = 1e-4
+
+
+def read_ptx(path: Path) -> Sequence[PointCloud]:
+    """Read the scans of a file.
+
+    The 4x4 matrix of a header is for row vectors, with the translation in its last row; its
+    transpose is the scan's pose, from the scanner's frame to the world. One with the translation
+    in its last column, as some programs write it, is taken as it is, with a remark; one that is no
+    rigid motion is left out, with a remark. The header's position of the scanner is in the world.
+    Where it and the matrix say the same, as they should, the scanner is at the origin of its
+    frame; where the points are in the world already, at the position. A position of 0, 0, 0 says
+    nothing: the scanner is at the origin.
+
+    Cells of the grid without a return, written as ``0 0 0``, are left out, with a remark. The
+    format does not say whether a scanner was levelled.
+
+    Raises
+    ------
+    InputError
+        With file, line and reason; also where a scan has fewer or more rows than its header says.
+    """
+    lines = Lines.of(path)
+    clouds: list[PointCloud] = []
+    while lines.skip_blank():
+        clouds.append(_scan(lines, f"scan{len(clouds) + 1}"))
+    if not clouds:
+        raise lines.error("a PTX header, beginning with the number of columns")
+    if len(clouds) == 1:
+        clouds = [replace(clouds[0], name="")]
+    return with_points(clouds, path)
+
+
+def _scan(lines: Lines, name: str) -> PointCloud:
+    columns = _count(lines, "the number of columns of a scan")
+    rows = _count(lines, "the number of rows of a scan")
+    position = _numbers(lines, 3, "the scanner's position")
+    for _ in range(3):
+        _numbers(lines, 3, "an axis of the scanner")
+    matrix = np.array([_numbers(lines, 4, "a row of the 4x4 matrix") for _ in range(4)])
+    pose, remarks = _pose(matrix)
+    if not columns * rows:
+        return PointCloud(np.empty((0, 3)), name=name)
+    table = _table(lines, columns * rows)
+    back = np.any(table[:, :3] != 0, axis=1)
+    if not back.all():
+        missing = len(back) - int(np.count_nonzero(back))
+        remarks = (*remarks, f"{missing:,} of {len(back):,} cells without a return left out")
+        table = table[back]
+    return PointCloud(
+        table[:, :3], _view_point(np.array(position), pose), attributes(table), name, pose,
+        remarks=remarks,
+    )  # fmt: skip
+
+
+def _count(lines: Lines, expected: str) -> int:
+    count = _COUNT.fullmatch(lines.peek())
+    if count is None:
+        raise lines.error(expected)
+    lines.next()
+    return int(count[1])
+
+
+def _numbers(lines: Lines, count: int, what: str) -> list[float]:
+    try:
+        numbers = [float(word) for word in lines.peek().split()]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count or not np.isfinite(numbers).all():
+        raise lines.error(f"{what}, {count} numbers")
+    lines.next()
+    return numbers
+
+
+def _table(lines: Lines, count: int) -> Array:
+    columns = len(lines.peek().split())
+    if columns not in (3, 4, 6, 7):
+        raise lines.error("a row 'x y z intensity' or 'x y z intensity red green blue'")
+    return lines.table(count, columns)
+
+
+def _pose(matrix: Array) -> tuple[Array | None, tuple[str, ...]]:
+    """The pose of a scan, made exactly rigid, and what is odd about it."""
+    by_column = bool(np.any(matrix[:3, 3] != 0) and not np.any(matrix[3, :3] != 0))
+    found = matrix if by_column else matrix.T
+    rotation = np.clip(found[:3, :3], -9, 9)  # so that nonsense cannot overflow
+    if (
+        np.any(found[3] != [0, 0, 0, 1])
+        or np.abs(rotation @ rotation.T - np.eye(3)).max() > _ROUNDING
+        or np.linalg.det(rotation) < 0
+    ):
+        return None, ("its 4x4 matrix is no rigid motion and was left out",)
+    pose = found.copy() if np.array_equal(rotation, np.eye(3)) else se3.project(found)
+    return pose, ("its 4x4 matrix has the translation in its last column",) if by_column else ()
+
+
+def _view_point(position: Array, pose: Array | None) -> Array | None:
+    """Where the scanner stood, in the frame of the points."""
+    if pose is None:
+        return None
+    offset = position - pose[:3, 3]
+    scale = max(np.abs(position).max(), np.abs(pose[:3, 3]).max())
+    if not position.any() or np.abs(offset).max() <= 1e-5 * scale:
+        return np.zeros(3)
+    return np.asarray(pose[:3, :3].T @ offset)
