@@ -111,6 +111,6 @@ def unreadable(error: OverrideParseException) -> str:
     reason = str(error).split("\nSee ")[0].splitlines()[-1].strip(" ^")
     detail = f" ({reason})" if reason and "<EOF>" not in reason else ""
     return (
-        f"cannot read {error.override!r}{detail}; expected KEY=VALUE, or first the word plugins "
-        "or inspect; see mvreg --help"
+        f"cannot read {error.override!r}{detail}; expected KEY=VALUE, or first the word plugins, "
+        "inspect or export; see mvreg --help"
     )

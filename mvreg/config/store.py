@@ -39,6 +39,7 @@ class Schema:
     method: str = MISSING
     rng: int = MISSING
     rerun: bool = MISSING
+    export: list[str] = MISSING
     resume: bool = MISSING
     debug: bool = MISSING
 
