@@ -27,8 +27,11 @@ def run_job(config: DictConfig, folder: Path) -> Result:
     """
     from omegaconf import OmegaConf
 
+    from mvreg.cli.export import FOLDER, tell
     from mvreg.cli.parts import doubts_on_parts
     from mvreg.config.compose import stage_from
+    from mvreg.export.run import export
+    from mvreg.export.table import formats_of
     from mvreg.observers.console import Console
     from mvreg.observers.recorder import Recorder
     from mvreg.observers.rerun.observer import RerunObserver
@@ -39,6 +42,7 @@ def run_job(config: DictConfig, folder: Path) -> Result:
     quick_turns()
     plain: dict[str, Any] = OmegaConf.to_container(config, resolve=True, enum_to_str=True)  # type: ignore[assignment]
     method = method_from(config)
+    formats = formats_of(config.export)
     start = time.perf_counter()
     load = checked("dataset", stage_from(config, "dataset"))
     scanset: ScanSet = load(np.random.default_rng(config.rng))
@@ -65,6 +69,8 @@ def run_job(config: DictConfig, folder: Path) -> Result:
                 config=plain,
             )  # fmt: skip
             emit(RunFinished(scanset, result, report))
+        if formats:
+            tell(export(load_report(folder), formats, folder / FOLDER, lambda: scanset))
         return result
     except KeyboardInterrupt:
         finished = recorder.finish_interrupted(config.rng, plain)

@@ -22,6 +22,7 @@ Usage:
   mvreg look FOLDER        what a folder of scans holds, and what looks wrong with it
   mvreg plugins [KIND]     every stage: what it does, its parameters, who registered it
   mvreg inspect [FOLDER]   the table of a finished run, by default of the newest
+  mvreg export RUN FORMAT...   a finished run for other programs; mvreg export --list
   mvreg --version
 
 Examples:
@@ -31,6 +32,7 @@ Examples:
   mvreg +method=fcpma dataset=bunny dataset.order=shuffle rng=1
   mvreg -m +method=ocpma,fcpma dataset=bunny,dragon     a run for each combination
   mvreg -m +experiment=table1                the runs behind a table of the paper
+  mvreg export runs/bunny/auto/latest tum laz    poses as TUM's trajectory, the model as LAZ
   mvreg +method=fcpma --cfg job              show the configuration, run nothing
 
 Choices:
@@ -40,6 +42,7 @@ Keys:
   KIND.PARAMETER=VALUE   a parameter of a stage; mvreg plugins lists them: seed.top_fraction=0.5
   rng=0                  everything random follows from this number
   rerun=true             write run.rrd, a recording for the rerun viewer
+  export=[]              formats to write to RUN/export at the end: export=[las,tum]
   resume=false           leave out a run whose folder has an answer already; experiments do
   debug=false            show the traceback of an error
 

@@ -1,4 +1,4 @@
-"""The command line: a Hydra run, and the subcommands `look`, `plugins` and `inspect`.
+"""The command line: a Hydra run, and the subcommands `look`, `plugins`, `inspect` and `export`.
 
 Exit codes: 0 every scan placed in one model, 3 some not, 2 wrong input, 1 a bug, 130 Ctrl-C. A
 sweep ends with the worst of its runs' codes.
@@ -53,6 +53,10 @@ def dispatch(words: list[str]) -> int:
     """Do what the first word says."""
     from mvreg.cli import listing
 
+    if words[:1] == ["export"]:
+        from mvreg.cli.export import export
+
+        return export(words[1:])
     if words[:1] == ["look"]:
         from mvreg.cli.look import look
 
@@ -186,11 +190,20 @@ def run(config: DictConfig) -> int:
     folder = Path(HydraConfig.get().runtime.output_dir)
     if config.resume and (done := finished(folder, config)):
         say(told(done, folder))
+        export_again(folder, config)
         return NOT_PLACED if done["unregistered"] or done.get("components") else DONE
     with message_kept(folder, message):
         check(config)
         result = run_job(config, folder)
     return NOT_PLACED if result.unregistered or result.components else DONE
+
+
+def export_again(folder: Path, config: DictConfig) -> None:
+    """What `export` asks of a run that is finished already."""
+    if config.export:
+        from mvreg.cli.export import export
+
+        export([str(folder), *map(str, config.export)])
 
 
 def say(line: str) -> None:

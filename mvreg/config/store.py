@@ -40,6 +40,7 @@ class Schema:
     rng: int = MISSING
     rerun: bool = MISSING
     report: bool = MISSING
+    export: list[str] = MISSING
     resume: bool = MISSING
     debug: bool = MISSING
 

@@ -1,0 +1,87 @@
+"""Load the scans of a finished run again, from the configuration that its folder keeps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import chdir, contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mvreg.errors import InputError
+from mvreg.types import ScanSet
+
+
+def load_again(run: Path, report: Mapping[str, Any], scans: Path | None = None) -> ScanSet:
+    """The scans of a run, as they were read for it.
+
+    Parameters
+    ----------
+    run : Path
+        The run folder; its ``.hydra`` says which data set it was.
+    report : mapping
+        Its report, whose ``config.dataset`` has the parameters.
+    scans : Path, optional
+        Where the files are now, for data sets with a ``dataset.path``.
+
+    Raises
+    ------
+    InputError
+        If the folder does not say which data set it was, or its scans cannot be found or read.
+    """
+    from mvreg.config.compose import compose, stage_from
+    from mvreg.stage_calls import checked
+
+    choice, cwd = _hydra(run)
+    config = compose([f"dataset={choice}"])
+    parameters = dict((report.get("config") or {}).get("dataset") or {})
+    if scans is not None:
+        if "path" not in parameters:
+            raise InputError(
+                f"--scans: the run's data set, {choice}, has no folder of scans that could have "
+                "moved; leave it out"
+            )
+        parameters["path"] = str(scans.expanduser().absolute())
+    known = {str(key) for key in config.dataset}
+    for key, value in parameters.items():
+        if key in known:  # else of another version of mvreg
+            config.dataset[key] = value
+    with _at(cwd):
+        load = checked("dataset", stage_from(config, "dataset"))
+        try:
+            found: ScanSet = load(np.random.default_rng(report.get("rng") or 0))
+        except InputError as error:
+            raise InputError(
+                f"{run}: the scans of this run cannot be read again: {error}\n"
+                "If they have moved, say where with --scans DIR; formats of poses need none"
+            ) from error
+    return found
+
+
+def _hydra(run: Path) -> tuple[str, Path | None]:
+    """The name of the data set, and the folder that the run was started in."""
+    from omegaconf import OmegaConf
+
+    file = run / ".hydra" / "hydra.yaml"
+    try:
+        kept: Any = OmegaConf.load(file)
+        choice = str(kept.hydra.runtime.choices.dataset)
+        cwd = Path(str(kept.hydra.runtime.cwd))
+    except Exception as error:  # missing, cut short, or of something else
+        raise InputError(
+            f"{file}: expected what the command line leaves of a run's configuration, which says "
+            f"where its scans are: {' '.join(str(error).split()) or type(error).__name__}; "
+            "formats of poses need none"
+        ) from None
+    return choice, cwd if cwd.is_dir() else None
+
+
+@contextmanager
+def _at(folder: Path | None) -> Iterator[None]:
+    """Be in a folder: the names of files in a configuration may be relative to it."""
+    if folder is None:
+        yield
+        return
+    with chdir(folder):
+        yield

@@ -1,0 +1,87 @@
+"""Points in the frame of the model: merged in one file, or each scan in a file of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path, PurePath
+from typing import Any
+
+import numpy as np
+
+from mvreg.export.model import Model, without_index
+from mvreg.export.poses.text import stems
+from mvreg.export.rotations import quaternion
+from mvreg.io import PointCloud
+from mvreg.report.model import INDEX
+
+Kinds = Mapping[str, np.dtype[Any]]
+
+
+def _ply(path: Path, clouds: Iterable[PointCloud], kinds: Kinds, spacing: float) -> list[str]:
+    from mvreg.io import write_ply_clouds
+
+    write_ply_clouds(path, clouds, kinds)
+    return []
+
+
+def _pcd(path: Path, clouds: Iterable[PointCloud], kinds: Kinds, spacing: float) -> list[str]:
+    from mvreg.io.pcd_write import write_pcd_clouds
+
+    return write_pcd_clouds(path, clouds, kinds)
+
+
+def _las(path: Path, clouds: Iterable[PointCloud], kinds: Kinds, spacing: float) -> list[str]:
+    from mvreg.io.las_write import write_las_clouds
+
+    return write_las_clouds(path, clouds, kinds, spacing)
+
+
+def _e57(path: Path, clouds: Iterable[PointCloud], kinds: Kinds, spacing: float) -> list[str]:
+    from mvreg.io.e57_write import write_e57_scans
+
+    return write_e57_scans(path, clouds, {})
+
+
+#: Writers of one cloud, by suffix.
+WRITERS: dict[str, Callable[[Path, Iterable[PointCloud], Kinds, float], list[str]]] = {
+    ".ply": _ply, ".pcd": _pcd, ".las": _las, ".laz": _las, ".e57": _e57,
+}  # fmt: skip
+
+
+def _merged(suffix: str) -> Callable[[Path, Model], list[str]]:
+    def write(folder: Path, model: Model) -> list[str]:
+        spacing = model.spacing if suffix in (".las", ".laz") else 0.0
+        path = folder / f"model{suffix}"
+        return WRITERS[suffix](path, model.clouds(), model.kinds, spacing) + model.filled()
+
+    return write
+
+
+write_ply_model = _merged(".ply")
+write_pcd_model = _merged(".pcd")
+write_las_model = _merged(".las")
+write_laz_model = _merged(".laz")
+
+
+def write_e57_model(folder: Path, model: Model) -> list[str]:
+    """``model.e57``: every scan by itself, in the frame of its file, with its pose."""
+    from mvreg.io.e57_write import write_e57_scans
+
+    turns = {name: quaternion(pose[:3, :3]) for name, pose in model.component.poses.items()}
+    return write_e57_scans(folder / "model.e57", model.scans(), turns)
+
+
+def write_scans(folder: Path, model: Model) -> list[str]:
+    """``scans/``: each scan moved by its pose, in the format of its file, or else as PLY."""
+    names = stems(model.placements)
+    remarks: list[str] = []
+    spacings = {scan.name: scan for scan in model.scanset.scans}
+    for cloud in model.clouds():
+        suffix = PurePath(cloud.name).suffix.lower()
+        suffix = suffix if suffix in WRITERS else ".ply"
+        alone = without_index(cloud)
+        kinds = {name: values.dtype for name, values in alone.attributes.items() if name != INDEX}
+        spacing = spacings[cloud.name].spacing if suffix in (".las", ".laz") else 0.0
+        path = folder / "scans" / f"{names[cloud.name]}{suffix}"
+        remarks += WRITERS[suffix](path, [alone], kinds, spacing)
+    return remarks

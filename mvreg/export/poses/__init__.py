@@ -1,0 +1,1 @@
+"""Poses in the formats of other programs; `mvreg/export/README.md` has their conventions."""

@@ -1,0 +1,102 @@
+"""Export a run: from its report, and where points are wanted from its scans."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from mvreg.errors import InputError
+from mvreg.export.formats import Format, PointFormat
+from mvreg.export.model import Model, few
+from mvreg.export.placements import Component, Placements, placements
+from mvreg.types import ScanSet
+
+
+def export(
+    report: Mapping[str, Any],
+    formats: Iterable[Format],
+    folder: Path,
+    scans: Callable[[], ScanSet],
+) -> list[str]:
+    """Write a run in some formats.
+
+    Parameters
+    ----------
+    report : mapping
+        Of the run, as `mvreg.report.json_file.load_report` reads it.
+    formats : iterable of Format
+        See `mvreg.export.table.formats_of`.
+    folder : Path
+        Made if it is missing. The reference's model is here, others in ``component_2``, and so on.
+    scans : callable
+        Loads the scans; called only if points are wanted.
+
+    Returns
+    -------
+    list of str
+        What is to be said: scans without a pose, what a format could not keep.
+
+    Raises
+    ------
+    InputError
+        If the scans are not those of the run, or a file cannot be written.
+    """
+    found = placements(report)
+    formats = list(formats)
+    scanset = None
+    if any(isinstance(each, PointFormat) for each in formats):
+        scanset = scans()
+        _check(scanset, found)
+    remarks = _missing(found)
+    for component in found.components:
+        below = folder / f"component_{component.number}" if component.number > 1 else folder
+        try:
+            below.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"{below}: cannot be made: {error.strerror or error}") from error
+        for each in formats:
+            said = _write(each, below, component, found, scanset)
+            remarks += [f"{each.name}: {remark}" for remark in said]
+    return list(dict.fromkeys(remarks))
+
+
+def _write(
+    each: Format,
+    folder: Path,
+    component: Component,
+    found: Placements,
+    scanset: ScanSet | None,
+) -> list[str]:
+    try:
+        if isinstance(each, PointFormat):
+            assert scanset is not None
+            return each.write(folder, Model(scanset, component, found))
+        return each.write(folder, component, found)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written: {error.strerror or error}") from error
+
+
+def _missing(found: Placements) -> list[str]:
+    """What is said of scans that are not in the reference's model."""
+    said = []
+    if found.unplaced:
+        names = list(found.unplaced)
+        said.append(f"{len(names)} scan(s) without a pose are left out: {few(names)}")
+    said += [
+        f"component_{c.number} is in a frame of its own, that of {c.reference}: "
+        f"{few(list(c.poses))}"
+        for c in found.components if c.number > 1
+    ]  # fmt: skip
+    return said
+
+
+def _check(scanset: ScanSet, found: Placements) -> None:
+    """Refuse scans of other names than the run's."""
+    have = {scan.name for scan in scanset.scans}
+    lacking = [name for c in found.components for name in c.poses if name not in have]
+    if lacking:
+        raise InputError(
+            f"the run placed scans that data set {scanset.name!r} does not have any more: "
+            f"{few(lacking)}; put the files back, or say where they are with --scans DIR"
+        )

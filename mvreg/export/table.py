@@ -1,0 +1,79 @@
+"""Every format that a run can be exported to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from mvreg.errors import InputError
+from mvreg.export import points
+from mvreg.export.formats import Format, PointFormat, PoseFormat
+from mvreg.export.poses import cameras, matrices, posegraph, trajectories
+from mvreg.export.ptx import write_ptx
+from mvreg.io.e57_write import require_pye57
+
+#: In the order in which they are listed.
+FORMATS: tuple[Format, ...] = (
+    PoseFormat("matrix", "matrix/NAME.txt", "4x4 matrix of each scan", matrices.write_matrix),
+    PoseFormat("matrices", "matrices.txt", "all 4x4 matrices in one text, with names",
+               matrices.write_matrices, matrices.read_matrices),
+    PoseFormat("cloudcompare", "cloudcompare/NAME.txt", "matrices for CloudCompare's -APPLY_TRANS",
+               matrices.write_cloudcompare),
+    PoseFormat("meshlab", "meshlab.aln", "MeshLab's alignment of several scans",
+               matrices.write_meshlab),
+    PoseFormat("tum", "tum.txt", "TUM's RGB-D benchmark", trajectories.write_tum,
+               trajectories.read_tum),
+    PoseFormat("kitti", "kitti.txt", "KITTI's odometry", trajectories.write_kitti),
+    PoseFormat("redwood", "redwood.log", "trajectory of Redwood and Open3D",
+               trajectories.write_redwood),
+    PoseFormat("posegraph", "posegraph.json", "Open3D's pose graph, links as edges",
+               posegraph.write_posegraph),
+    PoseFormat("colmap", "colmap/images.txt", "COLMAP's text model, scans as images",
+               cameras.write_colmap),
+    PoseFormat("nerfstudio", "transforms.json", "nerfstudio's, scans as images",
+               cameras.write_nerfstudio),
+    PointFormat("ply", "model.ply", "merged model, doubles, all attributes",
+                points.write_ply_model),
+    PointFormat("pcd", "model.pcd", "merged model, for PCL", points.write_pcd_model),
+    PointFormat("las", "model.las", "merged model, LAS 1.4", points.write_las_model),
+    PointFormat("laz", "model.laz", "the same, compressed", points.write_laz_model),
+    PointFormat("e57", "model.e57", "all scans in one file, with poses; needs mvreg[e57]",
+                points.write_e57_model, require_pye57),
+    PointFormat("ptx", "ptx/NAME.ptx", "each scan in its own frame, pose in the header",
+                write_ptx),
+    PointFormat("scans", "scans/NAME.*", "each scan moved, in the format of its file or PLY",
+                points.write_scans),
+)  # fmt: skip
+#: By name; the second name of one.
+BY_NAME: dict[str, Format] = {each.name: each for each in FORMATS}
+BY_NAME["4x4"] = BY_NAME["matrices"]
+
+
+def formats_of(names: Iterable[str]) -> list[Format]:
+    """The formats of some names, none twice.
+
+    Raises
+    ------
+    InputError
+        For a name that there is not; lists those that there are. If a format needs what is not
+        installed.
+    """
+    found: dict[str, Format] = {}
+    for name in names:
+        each = BY_NAME.get(str(name).lower())
+        if each is None:
+            raise InputError(
+                f"export: there is no format {str(name)!r}; formats: {', '.join(BY_NAME)}"
+            )
+        if isinstance(each, PointFormat) and each.require is not None:
+            each.require()
+        found[each.name] = each
+    return list(found.values())
+
+
+def listing() -> str:
+    """A table of the formats as text."""
+    widths = [max(len(getattr(each, key)) for each in FORMATS) for key in ("name", "files")]
+    return "".join(
+        f"  {each.name:<{widths[0]}}  {each.files:<{widths[1]}}  {each.summary}\n"
+        for each in FORMATS
+    )

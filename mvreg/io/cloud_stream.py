@@ -1,0 +1,82 @@
+"""What the writers of clouds share: files replaced whole, and a first look at what is to come."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from uuid import uuid4
+
+import numpy as np
+
+from mvreg.errors import InputError
+from mvreg.io.cloud import PointCloud
+from mvreg.types import Array
+
+#: Rows written at a time.
+ROWS = 1 << 16
+
+
+@dataclass(eq=False)
+class Survey:
+    """How many points there are, and between which values coordinates and attributes lie."""
+
+    count: int = 0
+    lower: Array = field(default_factory=lambda: np.full(3, np.inf))
+    upper: Array = field(default_factory=lambda: np.full(3, -np.inf))
+    limits: dict[str, tuple[float, float]] = field(default_factory=dict)
+
+    def add(self, cloud: PointCloud) -> None:
+        """Look at a cloud; NaN among its attributes is passed over."""
+        if not len(cloud.points):
+            return
+        self.count += len(cloud.points)
+        self.lower = np.minimum(self.lower, cloud.points.min(axis=0))
+        self.upper = np.maximum(self.upper, cloud.points.max(axis=0))
+        for name, values in cloud.attributes.items():
+            low, high = self.limits.get(name, (np.inf, -np.inf))
+            good = values[np.isfinite(values)] if values.dtype.kind == "f" else values
+            if len(good):
+                self.limits[name] = min(low, float(good.min())), max(high, float(good.max()))
+
+    def within(self, name: str, low: float, high: float) -> bool:
+        """Whether all values of an attribute that are numbers lie between two."""
+        found = self.limits.get(name)
+        return found is None or (low <= found[0] and found[1] <= high)
+
+
+def survey(clouds: Iterable[PointCloud], path: Path) -> Survey:
+    """Go through clouds before they are written.
+
+    Raises
+    ------
+    InputError
+        If there is no point; no format has a place for nothing.
+    """
+    found = Survey()
+    for cloud in clouds:
+        found.add(cloud)
+    if not found.count:
+        raise InputError(f"{path}: expected at least one point to write, got none")
+    return found
+
+
+@contextmanager
+def replaced(path: Path) -> Iterator[Path]:
+    """A file to write beside `path` that takes its place once it is whole.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written.
+    """
+    part = path.with_name(f".{path.stem}.{uuid4().hex[:8]}.part{path.suffix}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        yield part
+        part.replace(path)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror or error}") from error
+    finally:
+        part.unlink(missing_ok=True)

@@ -1,0 +1,196 @@
+"""Write scans as E57, each in a frame of its own with its pose, by libE57 in pye57."""
+
+from __future__ import annotations
+
+import uuid
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mvreg.errors import InputError
+from mvreg.io.cloud import PointCloud
+from mvreg.io.cloud_stream import ROWS, Survey, replaced
+from mvreg.types import Array
+from mvreg.types.attributes import Values
+
+#: E57's names, from those of `PointCloud`; normals are an extension that libE57 describes.
+NAMES = {
+    "red": "colorRed", "green": "colorGreen", "blue": "colorBlue", "intensity": "intensity",
+    "nx": "nor:normalX", "ny": "nor:normalY", "nz": "nor:normalZ",
+}  # fmt: skip
+EXTENSIONS = {
+    "nor": "http://www.libe57.org/E57_NOR_surface_normals.txt",
+    "mvreg": "urn:mvreg:attributes",
+}
+COLOURS = ("red", "green", "blue")
+
+
+def require_pye57() -> Any:
+    """The module pye57.
+
+    Raises
+    ------
+    InputError
+        If it is not installed; says how to install it.
+    """
+    try:
+        import pye57
+    except ImportError as error:
+        raise InputError(
+            f"E57 needs pye57, which cannot be imported ({error}): pip install 'mvreg[e57]'"
+        ) from None
+    return pye57
+
+
+def write_e57_scans(
+    path: str | Path,
+    scans: Iterable[PointCloud],
+    quaternions: Mapping[str, Array],
+) -> list[str]:
+    """Write scans into one file, one after the other; only one need be in memory at a time.
+
+    Coordinates are doubles, bit for bit, in the frame of each scan; the pose ``T_world_scan`` is in
+    its header. Attributes that E57 has no name for are in an extension of the name ``mvreg``.
+
+    Parameters
+    ----------
+    path : str or Path
+        Missing folders are made; an existing file is replaced.
+    scans : iterable of PointCloud
+        With a `T_world_scan`; without one the pose is left out. Their names are the scans'.
+    quaternions : mapping of str to (4,) array
+        The rotation of each scan's pose, (x, y, z, w), by its name.
+
+    Returns
+    -------
+    list of str
+        What could not be kept as it is, in words; nothing for now.
+
+    Raises
+    ------
+    InputError
+        If pye57 is missing, or the file cannot be written.
+    """
+    pye57 = require_pye57()
+    path = Path(path)
+    with replaced(path) as part:
+        file = pye57.E57(str(part), mode="w")
+        try:
+            for prefix, uri in EXTENSIONS.items():
+                file.image_file.extensionsAdd(prefix, uri)
+            for scan in scans:
+                _write_scan(file, scan, quaternions.get(scan.name))
+        finally:
+            file.close()
+    return []
+
+
+def _write_scan(file: Any, scan: PointCloud, quaternion: Array | None) -> None:
+    from pye57 import libe57
+
+    image = file.image_file
+    seen = Survey()
+    seen.add(scan)
+    node = libe57.StructureNode(image)
+    node.set("guid", libe57.StringNode(image, f"{{{uuid.uuid4()}}}"))
+    node.set("name", libe57.StringNode(image, scan.name))
+    _set_numbers(image, node, "cartesianBounds", {
+        f"{axis}{end}": value for end, corner in (("Minimum", seen.lower), ("Maximum", seen.upper))
+        for axis, value in zip("xyz", corner, strict=True)
+    })  # fmt: skip
+    if set(COLOURS) <= scan.attributes.keys():
+        top = 255 if all(scan.attributes[name].dtype == np.uint8 for name in COLOURS) else 65535
+        limits = {f"{NAMES[name]}Minimum": 0 for name in COLOURS}
+        limits |= {f"{NAMES[name]}Maximum": top for name in COLOURS}
+        _set_numbers(image, node, "colorLimits", limits)
+    if "intensity" in seen.limits:
+        low, high = seen.limits["intensity"]
+        _set_numbers(image, node, "intensityLimits",
+                     {"intensityMinimum": low, "intensityMaximum": high})  # fmt: skip
+    if scan.T_world_scan is not None and quaternion is not None:
+        pose = libe57.StructureNode(image)
+        node.set("pose", pose)
+        # In this order: some readers go by it, not by the names.
+        _set_numbers(
+            image, pose, "rotation", dict(zip("wxyz", np.roll(quaternion, 1), strict=True))
+        )
+        _set_numbers(
+            image, pose, "translation", dict(zip("xyz", scan.T_world_scan[:3, 3], strict=True))
+        )
+    prototype = libe57.StructureNode(image)
+    columns: dict[str, Values] = {}
+    for axis, column in zip("XYZ", scan.points.T, strict=True):
+        prototype.set(f"cartesian{axis}", libe57.FloatNode(image, 0.0, libe57.E57_DOUBLE))
+        columns[f"cartesian{axis}"] = column
+    for name, values in scan.attributes.items():
+        label = _label(name, columns)
+        columns[label] = values.astype(np.uint8) if values.dtype.kind == "b" else values
+        prototype.set(label, _prototype(image, columns[label]))
+    points = libe57.CompressedVectorNode(image, prototype, libe57.VectorNode(image, True))
+    node.set("points", points)
+    file.data3d.append(node)
+    _write_points(image, points, columns, len(scan.points))
+
+
+def _set_numbers(image: Any, parent: Any, name: str, values: Mapping[str, float]) -> None:
+    from pye57 import libe57
+
+    node = libe57.StructureNode(image)
+    parent.set(name, node)
+    for key, value in values.items():
+        whole = isinstance(value, int)
+        node.set(
+            key,
+            libe57.IntegerNode(image, value) if whole else libe57.FloatNode(image, float(value)),
+        )
+
+
+def _prototype(image: Any, values: Values) -> Any:
+    from pye57 import libe57
+
+    if values.dtype.kind == "f":
+        single = values.dtype.itemsize <= 4
+        return libe57.FloatNode(image, 0.0, libe57.E57_SINGLE if single else libe57.E57_DOUBLE)
+    # Colours fill their type, so that white is white; others take the bits that they need.
+    if values.dtype.kind == "u" and values.dtype.itemsize <= 2:
+        low, high = 0, int(np.iinfo(values.dtype).max)
+    else:
+        low, high = int(values.min(initial=0)), int(values.max(initial=0))
+    return libe57.IntegerNode(image, low, low, high)
+
+
+def _label(name: str, taken: Mapping[str, Values]) -> str:
+    """A name in E57: an XML name, with the prefix of the extension where it is not E57's own."""
+    if name in NAMES:
+        return NAMES[name]
+    word = "".join(c if c.isascii() and (c.isalnum() or c in "_-.") else "_" for c in name)
+    label = stem = f"mvreg:{word if word[:1].isalpha() else f'_{word}'}"
+    number = 1
+    while label in taken:
+        number += 1
+        label = f"{stem}_{number}"
+    return label
+
+
+def _write_points(image: Any, points: Any, columns: Mapping[str, Values], count: int) -> None:
+    from pye57 import libe57
+
+    # libE57 takes no unsigned types beyond 32 bits.
+    kinds = {"u8": "i8", "f2": "f4"}
+    rows = min(ROWS, count)
+    pieces = {
+        label: np.empty(rows, dtype=kinds.get(values.dtype.str[1:], values.dtype.str[1:]))
+        for label, values in columns.items()
+    }
+    buffers = libe57.VectorSourceDestBuffer()
+    for label, piece in pieces.items():
+        buffers.append(libe57.SourceDestBuffer(image, label, piece, rows, True, True))
+    writer = points.writer(buffers)
+    for first in range(0, count, rows):
+        size = min(rows, count - first)
+        for label, piece in pieces.items():
+            piece[:size] = columns[label][first : first + size]
+        writer.write(size)
+    writer.close()
