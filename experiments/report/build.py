@@ -23,7 +23,7 @@ RESULTS = Path(__file__).resolve().parents[1] / "results"
 IMAGES = (".svg", ".png")
 #: What ``floor.py`` writes; what is made of the runs of ``bench.py``, where there are any; and what
 #: was written by hand of profiles.
-FLOOR, BENCH, PROFILE = "floor.md", "bench.md", "profile.md"
+FLOOR, BENCH, PROFILE, LARGE = "floor.md", "bench.md", "profile.md", "large.md"
 
 LEGEND = """\
 `false`: scans placed more than 5 degrees off the truth. e_R: mean Frobenius norm of the rotations'
@@ -78,6 +78,8 @@ def main(root: Path = ROOT, out: Path = RESULTS, figures: bool = True) -> None:
         contents.append(f"| [Where the time goes]({PROFILE}) | |")
     if (out / FLOOR).is_file():
         contents.append(f"| [How far the truth can be trusted]({FLOOR}) | |")
+    if (out / LARGE).is_file():
+        contents.append(f"| [Large scans]({LARGE}) | |")
     (out / "README.md").write_text("\n".join(overview(contents)) + "\n", "utf-8")
 
 
