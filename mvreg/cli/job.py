@@ -70,7 +70,7 @@ def run_job(config: DictConfig, folder: Path) -> Result:
             )  # fmt: skip
             emit(RunFinished(scanset, result, report))
         if formats:
-            tell(export(load_report(folder), formats, folder / FOLDER, lambda: scanset))
+            tell(export(load_report(folder), formats, folder / FOLDER, lambda: scanset, views))
         return result
     except KeyboardInterrupt:
         finished = recorder.finish_interrupted(config.rng, plain)

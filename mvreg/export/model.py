@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -11,8 +11,8 @@ import numpy as np
 from mvreg.export.placements import Component, Placements
 from mvreg.geometry import se3
 from mvreg.io import PointCloud
-from mvreg.report.model import INDEX, kinds_of, model_clouds, model_kinds, placed
-from mvreg.types import Array, ScanSet
+from mvreg.report.model import INDEX, RESIDUAL, kinds_of, model_clouds, model_kinds, placed
+from mvreg.types import Array, ScanSet, View
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,11 +27,14 @@ class Model:
         Where they are.
     placements : Placements
         Of the whole run.
+    views : sequence of View
+        As they were registered, if they are still there: then points have their residuals.
     """
 
     scanset: ScanSet
     component: Component
     placements: Placements
+    views: Sequence[View] = ()
 
     @property
     def poses(self) -> dict[str, Array]:
@@ -45,7 +48,7 @@ class Model:
     @property
     def kinds(self) -> dict[str, np.dtype[Any]]:
         """The attributes of the model by name, and their types."""
-        return model_kinds(self.scanset, self.poses)
+        return model_kinds(self.scanset, self.poses, self.views)
 
     @property
     def spacing(self) -> float:
@@ -54,7 +57,7 @@ class Model:
 
     def clouds(self) -> Clouds:
         """The scans in the frame of the model, one at a time, with their number as `INDEX`."""
-        return Clouds(self.scanset, self.poses)
+        return Clouds(self.scanset, self.poses, self.views)
 
     def scans(self) -> Iterator[PointCloud]:
         """The scans in the frames of their files, one at a time, with ``T_model_scan``."""
@@ -69,7 +72,7 @@ class Model:
 
     def filled(self) -> list[str]:
         """What is said of attributes that some of the scans lack."""
-        kinds = {name: kind for name, kind in self.kinds.items() if name != INDEX}
+        kinds = {name: kind for name, kind in self.kinds.items() if name not in (INDEX, RESIDUAL)}
         lacking: dict[str, list[str]] = {}
         for scan in placed(self.scanset, self.poses):
             for name in kinds.keys() - kinds_of(scan).keys():
@@ -87,9 +90,10 @@ class Clouds:
 
     scanset: ScanSet
     poses: Mapping[str, Array]
+    views: Sequence[View] = ()
 
     def __iter__(self) -> Iterator[PointCloud]:
-        return model_clouds(self.scanset, self.poses)
+        return model_clouds(self.scanset, self.poses, self.views)
 
 
 def without_index(cloud: PointCloud) -> PointCloud:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +10,7 @@ from mvreg.errors import InputError
 from mvreg.export.formats import Format, PointFormat
 from mvreg.export.model import Model, few
 from mvreg.export.placements import Component, Placements, placements
-from mvreg.types import ScanSet
+from mvreg.types import ScanSet, View
 
 
 def export(
@@ -18,6 +18,7 @@ def export(
     formats: Iterable[Format],
     folder: Path,
     scans: Callable[[], ScanSet],
+    views: Sequence[View] = (),
 ) -> list[str]:
     """Write a run in some formats.
 
@@ -31,6 +32,8 @@ def export(
         Made if it is missing. The reference's model is here, others in ``component_2``, and so on.
     scans : callable
         Loads the scans; called only if points are wanted.
+    views : sequence of View
+        As they were registered, if they are still there: models have residuals then.
 
     Returns
     -------
@@ -56,7 +59,7 @@ def export(
         except OSError as error:
             raise InputError(f"{below}: cannot be made: {error.strerror or error}") from error
         for each in formats:
-            said = _write(each, below, component, found, scanset)
+            said = _write(each, below, component, found, scanset, views)
             remarks += [f"{each.name}: {remark}" for remark in said]
     return list(dict.fromkeys(remarks))
 
@@ -67,11 +70,12 @@ def _write(
     component: Component,
     found: Placements,
     scanset: ScanSet | None,
+    views: Sequence[View],
 ) -> list[str]:
     try:
         if isinstance(each, PointFormat):
             assert scanset is not None
-            return each.write(folder, Model(scanset, component, found))
+            return each.write(folder, Model(scanset, component, found, views))
         return each.write(folder, component, found)
     except OSError as error:
         raise InputError(f"{folder}: cannot be written: {error.strerror or error}") from error

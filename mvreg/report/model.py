@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from mvreg.evaluation.residuals import of_raw_points, point_residuals
 from mvreg.geometry import se3
 from mvreg.io import PointCloud
-from mvreg.types import Array, Scan, ScanSet
+from mvreg.types import Array, Scan, ScanSet, View
 from mvreg.types.attributes import Values, turned
 
 #: The number of a point's scan among the scans of the run, from 0, in the order of the report.
 INDEX = "scan_index"
+#: How far a point lies from the surfaces of the other scans (length), where that was measured.
+RESIDUAL = "residual"
 COLOURS = ("red", "green", "blue")
 
 
-def model_kinds(scanset: ScanSet, poses: Mapping[str, Array]) -> dict[str, np.dtype[Any]]:
+def model_kinds(
+    scanset: ScanSet, poses: Mapping[str, Array], views: Sequence[View] = ()
+) -> dict[str, np.dtype[Any]]:
     """The attributes of the model by name: those of any placed scan, and `INDEX`.
+
+    With the views that were registered also `RESIDUAL`.
 
     The type of one holds the values of all scans. Colours of 8 and 16 bits become 16 bits.
     """
@@ -26,10 +33,17 @@ def model_kinds(scanset: ScanSet, poses: Mapping[str, Array]) -> dict[str, np.dt
     for scan in placed(scanset, poses):
         for name, kind in kinds_of(scan).items():
             found[name] = np.result_type(found[name], kind) if name in found else kind
-    return found | {INDEX: np.dtype(np.uint16 if len(scanset.scans) < 1 << 16 else np.uint32)}
+    measured = {RESIDUAL: np.dtype(np.float32)} if views else {}
+    return (
+        found
+        | measured
+        | {INDEX: np.dtype(np.uint16 if len(scanset.scans) < 1 << 16 else np.uint32)}
+    )
 
 
-def model_clouds(scanset: ScanSet, poses: Mapping[str, Array]) -> Iterator[PointCloud]:
+def model_clouds(
+    scanset: ScanSet, poses: Mapping[str, Array], views: Sequence[View] = ()
+) -> Iterator[PointCloud]:
     """The placed scans in the frame of the poses, one at a time, in the order of the set.
 
     Parameters
@@ -38,6 +52,9 @@ def model_clouds(scanset: ScanSet, poses: Mapping[str, Array]) -> Iterator[Point
         Scans of which only a part is held are read again, in full.
     poses : mapping of str to (4, 4) array
         ``T_model_scan``.
+    views : sequence of View
+        As they were registered, to measure residuals by: the root mean square distance of the
+        nearest registration point, NaN where it touches no other scan.
 
     Yields
     ------
@@ -49,7 +66,9 @@ def model_clouds(scanset: ScanSet, poses: Mapping[str, Array]) -> Iterator[Point
     InputError
         If a file that is to be read again is not what it was.
     """
-    kinds = model_kinds(scanset, poses)
+    kinds = model_kinds(scanset, poses, views)
+    residuals = point_residuals(poses, views)
+    by_name = {view.name: view for view in views}
     numbers = {scan.name: number for number, scan in enumerate(scanset.scans)}
     for scan in placed(scanset, poses):
         points, attributes = scan.full() if scan.full else (scan.points, scan.attributes)
@@ -59,6 +78,12 @@ def model_clouds(scanset: ScanSet, poses: Mapping[str, Array]) -> Iterator[Point
             for name, column in turned(attributes, pose[:3, :3]).items()
         }
         values[INDEX] = np.full(len(points), numbers[scan.name], dtype=kinds[INDEX])
+        if views:
+            values[RESIDUAL] = np.full(len(points), np.nan, dtype=kinds[RESIDUAL])
+            if scan.name in residuals:
+                values[RESIDUAL][:] = of_raw_points(
+                    points, by_name[scan.name], residuals[scan.name]
+                )
         yield PointCloud(se3.apply(pose, points), attributes=values, name=scan.name)
 
 

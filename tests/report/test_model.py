@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+import mvreg
 from mvreg.errors import InputError
+from mvreg.evaluation.residuals import point_residuals
 from mvreg.geometry import se3
-from mvreg.report.model import INDEX, model_clouds, model_kinds
+from mvreg.geometry.nearest import build_tree
+from mvreg.report.model import INDEX, RESIDUAL, model_clouds, model_kinds
 from mvreg.types import Scan, ScanSet
 
 RNG = np.random.default_rng(2)
@@ -88,3 +91,19 @@ def test_that_points_chosen_keep_their_attributes():
 def test_that_an_attribute_of_other_points_is_refused():
     with pytest.raises(InputError, match="scan 'a': expected attribute 'red' of 3 points, got an"):
         Scan("a", np.zeros((3, 3)), attributes={"red": np.zeros(2)})
+
+
+def test_that_residuals_are_those_of_the_nearest_registration_point():
+    scans = mvreg.dataset("tiny", scramble=True, rng=6)
+    views = mvreg.prepare(scans)
+    measured = point_residuals(scans.poses, views)
+    clouds = list(model_clouds(scans, scans.poses, views))
+    assert set(model_kinds(scans, scans.poses, views)) == {INDEX, RESIDUAL}
+    for cloud, scan, view in zip(clouds, scans.scans, views, strict=True):
+        found = cloud.attributes[RESIDUAL]
+        assert len(found) == len(scan.points)
+        known = np.isfinite(found)
+        assert 0.3 < known.mean() < 1
+        nearest = build_tree(view.points).query(scan.points)[1]
+        expected = measured[scan.name][nearest.ravel()]
+        np.testing.assert_allclose(found[known], expected[known], rtol=1e-6)
