@@ -119,6 +119,7 @@ class Folder(ScanSource):
                 *remark_on_zeros({each.scan.name: each.dropped for each in read.scans}),
                 *remarks_of(read.scans), *remark_on_left_out(read.left_out), *listing.remarks,
             ),
+            sources={each.scan.name: each.source for each in read.scans},
             initial={each.scan.name: each.initial for each in read.scans
                      if each.initial is not None},
             input=Input(

@@ -46,12 +46,16 @@ class Reader:
 
 @dataclass(frozen=True)
 class ReadScan:
-    """A scan as read, how many of its points were `dropped`, and what its file says besides."""
+    """A scan as read, how many of its points were `dropped`, and what its file says besides.
+
+    `source` is the file, and the scan's position in it, from 0.
+    """
 
     scan: Scan
     dropped: int
     remarks: tuple[str, ...]
     initial: Array | None
+    source: tuple[Path, int]
 
 
 @dataclass(frozen=True)
@@ -149,7 +153,7 @@ def _scan(name: str, cloud: PointCloud, index: int, path: Path, reader: Reader) 
         up=np.array([0.0, 0.0, 1.0]) if cloud.levelled else None,
         attributes=kept.attributes, full=full,
     )  # fmt: skip
-    return ReadScan(scan, dropped, cloud.remarks, cloud.T_world_scan)
+    return ReadScan(scan, dropped, cloud.remarks, cloud.T_world_scan, (path, index))
 
 
 def remarks_of(scans: Sequence[ReadScan]) -> tuple[str, ...]:

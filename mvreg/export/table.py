@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 from mvreg.errors import InputError
 from mvreg.export import points
+from mvreg.export.e57_poses import write_e57_poses
 from mvreg.export.formats import Format, PointFormat, PoseFormat
 from mvreg.export.poses import cameras, matrices, posegraph, trajectories
 from mvreg.export.ptx import write_ptx
@@ -38,6 +39,8 @@ FORMATS: tuple[Format, ...] = (
     PointFormat("laz", "model.laz", "the same, compressed", points.write_laz_model),
     PointFormat("e57", "model.e57", "all scans in one file, with poses; needs mvreg[e57]",
                 points.write_e57_model, require_pye57),
+    PointFormat("e57_poses", "e57_poses/*.e57", "copies of the E57 files that came, poses changed",
+                write_e57_poses),
     PointFormat("ptx", "ptx/NAME.ptx", "each scan in its own frame, pose in the header",
                 write_ptx),
     PointFormat("scans", "scans/NAME.*", "each scan moved, in the format of its file or PLY",

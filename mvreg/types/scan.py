@@ -192,6 +192,7 @@ class ScanSet:
     (4, 4): errors are reported for the frames that the files have.
     `sensors` maps the names of scans whose sensor the ``file`` or the ``user`` told to that word.
     `initial` maps the names of scans whose files give a pose to that ``T_world_scan`` (4, 4).
+    `sources` maps the names of scans to the file that each is from, and its position in it, from 0.
     `remarks` are sentences on what was done to the scans when they were read.
     `input` says what a folder held, and what looks wrong with it; None where there is no folder.
     """
@@ -205,6 +206,7 @@ class ScanSet:
     sensors: Mapping[str, str] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
     initial: Mapping[str, Array] = field(default_factory=dict)
+    sources: Mapping[str, tuple[Path, int]] = field(default_factory=dict)
     input: Input | None = None
 
     def __post_init__(self) -> None:
