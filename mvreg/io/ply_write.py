@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any, BinaryIO
-from uuid import uuid4
+from typing import Any
 
 import numpy as np
 
 from mvreg.errors import InputError
 from mvreg.io.cloud import PointCloud
+from mvreg.io.cloud_stream import replaced
 from mvreg.types import Array
 
 #: PLY's names for NumPy's types; it has none for 64-bit integers and for booleans.
@@ -94,7 +93,7 @@ def write_ply_clouds(
     )
     words = property_names(codes)
     count = 0
-    with _replaced(path) as stream:
+    with replaced(path) as part, part.open("w+b") as stream:
         stream.write(_header(record, words, 0))
         for cloud in clouds:
             for first in range(0, len(cloud.points), ROWS):
@@ -156,18 +155,3 @@ def _header(record: np.dtype[Any], words: list[str], count: int) -> bytes:
     lines = ["ply", "format binary_little_endian 1.0", f"comment written by mvreg{room}",
              f"element vertex {count}", *properties, "end_header", ""]  # fmt: skip
     return "\n".join(lines).encode("ascii")
-
-
-@contextmanager
-def _replaced(path: Path) -> Iterator[BinaryIO]:
-    """A file to write that takes the place of `path` once it is whole."""
-    part = path.with_name(f".{path.name}.{uuid4().hex[:8]}.part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with part.open("w+b") as stream:
-            yield stream
-        part.replace(path)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror or error}") from error
-    finally:
-        part.unlink(missing_ok=True)
