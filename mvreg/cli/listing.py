@@ -21,6 +21,8 @@ Usage:
   mvreg [+method=NAME] [dataset=NAME] [KEY=VALUE ...]
   mvreg plugins [KIND]     every stage: what it does, its parameters, who registered it
   mvreg inspect [FOLDER]   the table of a finished run, by default of the newest
+  mvreg report [RUN]       report.html of a finished run once more
+  mvreg report --poses FILE DIR     judge poses that something else found of the scans in DIR
   mvreg --version
 
 Examples:

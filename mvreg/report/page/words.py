@@ -89,6 +89,8 @@ def doubt(row: Row) -> str:
     """Why a scan is as it is, in plain words."""
     status = str(row.get("status"))
     if status in LOST:
+        if not row.get("attempts") and not row.get("reason"):
+            return "no attempt was made"
         said = str(row.get("reason") or "nothing to compare it with")
         return f"{count(row.get('attempts') or 0, 'attempt')}; the closest: {said}"
     found = row.get("assessment") or {}
