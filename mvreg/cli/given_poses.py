@@ -43,7 +43,7 @@ def judge(poses: Path, folder: Path, changes: Sequence[str] = (), out: Path | No
     """
     from omegaconf import OmegaConf
 
-    from mvreg.cli.report_again import prepared
+    from mvreg.cli.prepared import prepared
     from mvreg.config.compose import check, compose
     from mvreg.config.overrides import spelled
     from mvreg.io import read_poses

@@ -34,6 +34,7 @@ COMMANDS = {
     "plugins": "mvreg.cli.listing",
     "inspect": "mvreg.cli.listing",
     "report": "mvreg.cli.report_again",
+    "compare": "mvreg.cli.compare_runs",
 }
 
 

@@ -6,16 +6,8 @@ import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from mvreg.errors import InputError
-
-if TYPE_CHECKING:
-    from omegaconf import DictConfig
-
-    from mvreg.types import ScanSet, View
 
 DONE, NOT_PLACED = 0, 3
 
@@ -64,6 +56,7 @@ def page_again(folder: Path) -> Path:
     InputError
         If the run, its configuration or its scans are not there, or the scans are others.
     """
+    from mvreg.cli.prepared import config_of, prepared
     from mvreg.report.json_file import load_report
     from mvreg.report.page.render import write_page
 
@@ -79,41 +72,3 @@ def page_again(folder: Path) -> Path:
             "did the data set change since? Run mvreg again to register what is there now"
         )
     return write_page(folder, said, scanset, views)
-
-
-def config_of(folder: Path, said: dict[str, Any]) -> DictConfig:
-    """The configuration of a finished run, ready to make its stages of it."""
-    from omegaconf import OmegaConf
-    from omegaconf.errors import OmegaConfBaseException
-
-    from mvreg.config.compose import compose
-    from mvreg.report.page.render import overrides_of
-
-    if not (folder / ".hydra" / "overrides.yaml").is_file():
-        raise InputError(
-            f"{folder}: expected .hydra/overrides.yaml, which says what was run; only runs of the "
-            "command line have it"
-        )
-    config = compose([word for word in overrides_of(folder) if not word.startswith("hydra.")])
-    try:
-        for key, value in (said.get("config") or {}).items():
-            # Defaults may have changed since: what counts is what the run used.
-            OmegaConf.update(config, str(key), value, merge=True)
-    except OmegaConfBaseException as error:
-        raise InputError(
-            f"{folder}: its configuration is not one of this version of mvreg "
-            f"({str(error).splitlines()[0]}); run mvreg again"
-        ) from None
-    return config
-
-
-def prepared(config: DictConfig) -> tuple[ScanSet, list[View]]:
-    """The scans of a configuration, and as its method prepares them."""
-    from mvreg.config.compose import stage_from
-    from mvreg.run import method_from
-    from mvreg.stage_calls import checked
-
-    load = checked("dataset", stage_from(config, "dataset"))
-    scanset: ScanSet = load(np.random.default_rng(config.rng))
-    pipeline = method_from(config).pipeline.checked()
-    return scanset, pipeline.prepare(scanset.scans, np.random.default_rng(config.rng))
