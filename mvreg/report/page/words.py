@@ -21,6 +21,8 @@ def verdict(report: Report) -> str:
     doubtful = [row for row in rows if grade(row) in ("amber", "red")]
     if report.get("status") == "interrupted":
         said = f"Interrupted: {placed} of {count(total, 'scan')} were placed so far"
+    elif report.get("status") == "running":
+        said = f"Under way: {placed} of {count(total, 'scan')} are placed in one model so far"
     elif placed == total:
         said = f"All {count(total, 'scan')} are placed in one model"
     else:
@@ -30,7 +32,7 @@ def verdict(report: Report) -> str:
         where = "in another part" if len(parts) == 1 else f"in {len(parts)} other parts"
         said += f", {apart} more {where}"
     lost = sum(row.get("status") in LOST for row in rows)
-    if lost:
+    if lost and report.get("status") != "running":
         said += f", {lost} {'is' if lost == 1 else 'are'} not placed"
     if doubtful:
         said += f"; {len(doubtful)} of the poses {'is' if len(doubtful) == 1 else 'are'} doubtful"
@@ -39,6 +41,8 @@ def verdict(report: Report) -> str:
 
 def next_steps(report: Report) -> list[str]:
     """What a person can do about it, most urgent first."""
+    if report.get("status") == "running":
+        return ["The run goes on, and poses may change: load this page again in a minute or more."]
     rows = report.get("scans") or []
     steps = []
     red = [str(row["name"]) for row in rows if grade(row) == "red"]
