@@ -23,6 +23,7 @@ Usage:
   mvreg inspect [FOLDER]   the table of a finished run, by default of the newest
   mvreg report [RUN]       report.html of a finished run once more
   mvreg report --poses FILE DIR     judge poses that something else found of the scans in DIR
+  mvreg view [RUN]         open a run: report.html in a browser, or run.rrd in rerun
   mvreg compare [RUNS ...] [--out FILE]  a table over runs: medians, spread, the best
   mvreg --version
 

@@ -35,6 +35,7 @@ COMMANDS = {
     "inspect": "mvreg.cli.listing",
     "report": "mvreg.cli.report_again",
     "compare": "mvreg.cli.compare_runs",
+    "view": "mvreg.cli.view_run",
 }
 
 
