@@ -63,7 +63,11 @@ def next_steps(report: Report) -> list[str]:
             "something in them that is not symmetric, known sensors (dataset.sensor) or a known "
             "vertical (dataset.upright=true) tell them apart."
         )
-    lost = [str(row["name"]) for row in rows if row.get("status") == "not placed"]
+    apart = [row for row in rows if row.get("status") == "not placed"]
+    lost = [str(row["name"]) for row in apart if row.get("attempts") or row.get("reason")]
+    untried = [str(row["name"]) for row in apart if str(row["name"]) not in lost]
+    if untried:
+        steps.append(f"No pose is known of {_listed(untried)}, and none was looked for.")
     if lost:
         steps.append(
             f"For {_listed(lost)} no pose was certain enough. Compare the best ones below; a scan "
