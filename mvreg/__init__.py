@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from mvreg.evaluation.pose_errors import pose_errors as pose_errors
     from mvreg.pipeline import Pipeline as Pipeline
     from mvreg.plugins.hookspecs import hookimpl as hookimpl
+    from mvreg.report.comparison.frame import compare as compare
+    from mvreg.report.page.inline import show as show
     from mvreg.run import Method as Method
     from mvreg.run import dataset as dataset
     from mvreg.run import load_method as load_method
@@ -43,6 +45,7 @@ _WHERE = {
     "Scan": "types",
     "ScanSet": "types",
     "assess": "evaluation.assess",
+    "compare": "report.comparison.frame",
     "dataset": "run",
     "hookimpl": "plugins.hookspecs",
     "load_method": "run",
@@ -50,6 +53,7 @@ _WHERE = {
     "pose_errors": "evaluation.pose_errors",
     "prepare": "run",
     "register": "run",
+    "show": "report.page.inline",
 }
 
 __all__ = sorted(_WHERE)

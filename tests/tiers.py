@@ -23,6 +23,7 @@ TIER_OF = (
     ("tests/geometry/", "check"),
     ("tests/io/", "check"),
     ("tests/kernels/", "check"),
+    ("tests/report/test_page_browser.py", "test"),  # a browser takes a minute
     ("tests/report/", "check"),
     ("tests/stages/", "check"),
     ("tests/surface/", "check"),

@@ -23,6 +23,10 @@ Usage:
   mvreg plugins [KIND]     every stage: what it does, its parameters, who registered it
   mvreg inspect [FOLDER]   the table of a finished run, by default of the newest
   mvreg export RUN FORMAT...   a finished run for other programs; mvreg export --list
+  mvreg report [RUN]       report.html of a finished run once more
+  mvreg report --poses FILE DIR     judge poses that something else found of the scans in DIR
+  mvreg view [RUN]         open a run: report.html in a browser, or run.rrd in rerun
+  mvreg compare [RUNS ...] [--out FILE]  a table over runs: medians, spread, the best
   mvreg --version
 
 Examples:

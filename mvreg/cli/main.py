@@ -1,4 +1,4 @@
-"""The command line: a Hydra run, and the subcommands `look`, `plugins`, `inspect` and `export`.
+"""The command line: a Hydra run, and subcommands.
 
 Exit codes: 0 every scan placed in one model, 3 some not, 2 wrong input, 1 a bug, 130 Ctrl-C. A
 sweep ends with the worst of its runs' codes.
@@ -14,6 +14,7 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -28,6 +29,16 @@ SEVERITY = (DONE, NOT_PLACED, WRONG_INPUT, BUG, INTERRUPTED)  # from good to bad
 #: Names the file to which every job of a run adds its exit code; Hydra passes no results back, and
 #: some launchers start processes of their own, which inherit the environment.
 CODES = "MVREG_EXIT_CODES"
+#: The subcommands: functions of their name, in these modules.
+COMMANDS = {
+    "plugins": "mvreg.cli.listing",
+    "inspect": "mvreg.cli.listing",
+    "report": "mvreg.cli.report_again",
+    "compare": "mvreg.cli.compare_runs",
+    "view": "mvreg.cli.view_run",
+    "look": "mvreg.cli.look",
+    "export": "mvreg.cli.export",
+}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -53,22 +64,14 @@ def dispatch(words: list[str]) -> int:
     """Do what the first word says."""
     from mvreg.cli import listing
 
-    if words[:1] == ["export"]:
-        from mvreg.cli.export import export
-
-        return export(words[1:])
-    if words[:1] == ["look"]:
-        from mvreg.cli.look import look
-
-        return look(words[1:])
-    if words[:1] not in (["plugins"], ["inspect"]) and {"-h", "--help"} & set(words):
+    first = words[0] if words else ""
+    if first not in COMMANDS and {"-h", "--help"} & set(words):
         return listing.usage()
     if "--version" in words:
         return listing.version()
-    if words[:1] == ["plugins"]:
-        return listing.plugins(words[1:])
-    if words[:1] == ["inspect"]:
-        return listing.inspect(words[1:])
+    if first in COMMANDS:
+        command: Callable[[list[str]], int] = getattr(import_module(COMMANDS[first]), first)
+        return command(words[1:])
     return run_hydra(words)
 
 

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from mvreg.geometry import se3
-from mvreg.geometry.nearest import nearest
 from mvreg.parallel import in_parts
 from mvreg.surface.overlap import CONTACT_DISTANCE, build_trees, contact_heights, neighbours
 from mvreg.types import Array, Indices, View
@@ -55,13 +54,17 @@ def point_residuals(poses: Mapping[str, Array], views: Sequence[View]) -> dict[s
         return {name: np.sqrt(squares[name] / counts[name]) for name in squares}
 
 
-def of_raw_points(points: Array, view: View, residuals: Array) -> Array:
-    """The residuals of the nearest registration points: (N,) for raw points (N, 3) of the scan.
+def of_raw_points(residuals: Array, indices: Indices, distances: Array, view: View) -> Array:
+    """The residuals of the nearest registration points: (N,) for raw points of the scan.
 
     NaN where the nearest has none, or lies farther than `NEAR` resolutions.
+
+    Parameters
+    ----------
+    residuals : (M,) array
+        Of the registration points.
+    indices, distances : (N,) arrays
+        The nearest registration point of each raw point, as `mvreg.geometry.nearest` says it.
+    view : View
     """
-    distances, indices = nearest(view.tree, points, NEAR * view.scale.resolution)
-    found = np.full(len(points), np.nan)
-    near = np.isfinite(distances)
-    found[near] = residuals[indices[near]]
-    return found
+    return np.where(distances <= NEAR * view.scale.resolution, residuals[indices], np.nan)

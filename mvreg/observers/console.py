@@ -23,7 +23,7 @@ from mvreg.report.input_rows import opening_lines
 from mvreg.report.table import open_console, render
 
 if TYPE_CHECKING:
-    from rich.progress import Progress, TaskID
+    from rich.progress import Progress, ProgressColumn, TaskID
 
 __all__ = ["Console", "render"]
 
@@ -68,6 +68,7 @@ class Console:
                 self._placed.update(event.model.members)
             case PairStarted():
                 if not self._attempts:
+                    self._begin_stage()
                     self._say(f"prepared {self._prepared} scans, registering")
                 self._attempts += 1
                 pair = f"{event.source.name} -> {event.target.name}"
@@ -111,8 +112,10 @@ class Console:
             progress.BarColumn(),
             progress.MofNCompleteColumn(),
             progress.TimeElapsedColumn(),
+            _time_left_column(),
             console=open_console(self._err),
             transient=True,
+            speed_estimate_period=300.0,
         )
         self._task = self._bar.add_task("", total=total)
         self._bar.start()
@@ -126,11 +129,35 @@ class Console:
         if self._bar is not None and self._task is not None:
             self._bar.update(self._task, description=text, completed=done)
 
+    def _begin_stage(self) -> None:
+        """Forget how fast the stage before was: it says nothing of the next."""
+        if self._bar is not None and self._task is not None:
+            self._bar.reset(self._task, completed=0)
+
     def _say(self, line: str) -> None:
         """A plain line where there is no bar."""
         if self._bar is None:
             self._err.write(f"{line}\n")
             self._err.flush()
+
+
+def _time_left_column() -> ProgressColumn:
+    """The time left at the speed so far; nothing where that is not known, or all are placed."""
+    from datetime import timedelta
+
+    from rich.progress import ProgressColumn, Task
+    from rich.text import Text
+
+    class TimeLeft(ProgressColumn):
+        max_refresh = 0.5
+
+        def render(self, task: Task) -> Text:
+            seconds = task.time_remaining
+            if not seconds:
+                return Text("")
+            return Text(f"about {timedelta(seconds=int(seconds))} left", style="cyan")
+
+    return TimeLeft()
 
 
 def revised(event: PosesRevised) -> str:

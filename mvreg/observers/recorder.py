@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import time
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TextIO
 
@@ -21,6 +22,7 @@ from mvreg.events import (
     ViewPlaced,
     ViewPrepared,
 )
+from mvreg.observers.pace import Pace
 from mvreg.plugins.hookspecs import hookimpl
 from mvreg.report import json_file
 from mvreg.report.build import build_report, pair_seconds
@@ -43,7 +45,7 @@ class Recorder:
     link : bool
         Let ``latest``, beside the folder, point to it at the end.
     page : bool
-        Write ``report.html``, too.
+        Write ``report.html``, too; of a long run also now and then while it is under way.
     """
 
     def __init__(self, folder: Path, link: bool = True, page: bool = False) -> None:
@@ -59,6 +61,7 @@ class Recorder:
         self._components: tuple[Mapping[str, Array], ...] = ()
         self._pairs: list[Pair] = []
         self._augmenting = 0.0
+        self._pace: Pace | None = None
 
     @hookimpl
     def mvreg_event(self, event: Event) -> None:
@@ -83,6 +86,8 @@ class Recorder:
                 self._augmenting += event.seconds
             case RunFinished():
                 self._finish(event.scanset, event.result, event.report)
+        if isinstance(event, ViewPlaced | PosesRevised) and self._pace and self._pace.due():
+            self._write_so_far(self._pace)
 
     def finish_interrupted(self, rng: int | None, config: Mapping[str, object]) -> Path | None:
         """Write what was finished before an interruption; ``status`` is then "interrupted".
@@ -96,27 +101,43 @@ class Recorder:
         if self._run is None or self._reference is None:
             self.close()
             return None
-        scanset = self._run.scanset
+        scanset, result = self._run.scanset, self._so_far(self._run)
+        report = self._report(self._run, result, rng, config)
+        return self._finish(scanset, result, report)
+
+    def _so_far(self, run: RunStarted) -> Result:
+        """What is placed by now."""
+        assert self._reference is not None
         placed = self._poses.keys() | {name for poses in self._components for name in poses}
-        missing = tuple(scan.name for scan in scanset.scans if scan.name not in placed)
-        result = Result(
+        missing = tuple(scan.name for scan in run.scanset.scans if scan.name not in placed)
+        return Result(
             self._reference, self._poses, missing, tuple(self._pairs), components=self._components
         )
-        report = build_report(
-            scanset,
-            self._views,
-            result,
-            method=self._run.method,
-            rng=rng,
-            seconds={
-                **pair_seconds(self._pairs),
-                "augment": self._augmenting,
-                "total": time.perf_counter() - self._started,
-            },
-            config=config,
-            interrupted=True,
-        )
-        return self._finish(scanset, result, report)
+
+    def _report(
+        self, run: RunStarted, result: Result, rng: int | None, config: Mapping[str, object]
+    ) -> dict[str, object]:
+        seconds = {
+            **pair_seconds(self._pairs),
+            "augment": self._augmenting,
+            "total": time.perf_counter() - self._started,
+        }
+        return build_report(
+            run.scanset, self._views, result, method=run.method, rng=rng, seconds=seconds,
+            config=config, interrupted=True,
+        )  # fmt: skip
+
+    def _write_so_far(self, pace: Pace) -> None:
+        """The page of what is placed by now; a full disk is for the end of the run to tell."""
+        if self._run is None or self._reference is None:
+            return
+        from mvreg.report.page.render import write_page
+
+        started = time.perf_counter()
+        report = self._report(self._run, self._so_far(self._run), None, {})
+        with suppress(OSError):
+            write_page(self.folder, {**report, "status": "running"}, self._run.scanset, self._views)
+        pace.written(started)
 
     def close(self) -> None:
         """Close ``pairs.csv``; may be called twice."""
@@ -127,6 +148,7 @@ class Recorder:
     def _start(self, event: RunStarted) -> None:
         self._run = event
         self._started = time.perf_counter()
+        self._pace = Pace(len(event.scanset.scans)) if self.page else None
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
             # An old answer must not pass for this run's if this run is cut short.

@@ -206,6 +206,7 @@ def test_ctrl_c_leaves_what_was_finished(scans, tmp_path):
     assert len(report["poses"]) + len(report["unregistered"]) == 15
     assert len(list((folder / "poses").iterdir())) == len(report["poses"])
     assert (folder / "model.ply").is_file()
+    assert "Interrupted: " in (folder / "report.html").read_text(encoding="utf-8")
 
 
 def test_wrong_input_leaves_one_line_and_exit_code_2(tmp_path):

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 import mvreg
 from mvreg.evaluation.residuals import of_raw_points, point_residuals
 from mvreg.geometry import se3
+from mvreg.geometry.nearest import nearest
 from mvreg.types import Scan
 
 
@@ -33,12 +32,14 @@ def test_that_residuals_are_distances_from_the_other_surfaces():
     assert np.isnan(found["a"][a < 4]).all()
     alone = point_residuals({"a": shift, "c": shift}, views)
     assert np.isnan(alone["a"]).all() and "b" not in alone
-    raw = of_raw_points(scans[0].points, views[0], found["a"])
+    distances, indices = nearest(views[0].tree, scans[0].points)
+    raw = of_raw_points(found["a"], indices, distances, views[0])
     assert len(raw) == 400
     np.testing.assert_allclose(raw[scans[0].points[:, 0] > 14], np.sqrt(0.125), rtol=1e-6)
 
 
 def test_that_nothing_is_known_of_points_far_from_the_view():
     (view,) = mvreg.prepare([plane("a", 0), plane("b", 0)], changes={"downsample": "voxel"})[:1]
-    far = of_raw_points(np.array([[500.0, 0, 0]]), replace(view), np.zeros(len(view.points)))
+    distances, indices = nearest(view.tree, np.array([[500.0, 0, 0]]))
+    far = of_raw_points(np.zeros(len(view.points)), indices, distances, view)
     assert np.isnan(far).all()

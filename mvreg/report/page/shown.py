@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from mvreg.evaluation.residuals import of_raw_points
+from mvreg.geometry.nearest import nearest
 from mvreg.kernels.moments import normals as plane_normals
 from mvreg.parallel import in_threads
 from mvreg.types import Array, Scan, View
@@ -64,10 +65,17 @@ def _shown(scan: Scan, view: View | None, residuals: Array | None, most: int) ->
     step = max(1, -(-len(scan.points) // most))
     points = scan.points[::step]
     count = min(20, len(scan.points) - 1)
-    normals = plane_normals(scan.tree, points, count) if count > 2 else np.zeros_like(points)
     found = np.full(len(points), np.nan)
-    if view is not None and residuals is not None:
-        found = of_raw_points(points, view, residuals)
+    if view is not None and len(view.points):
+        # For the shading those of the registration points do, at a fifth of the time.
+        distances, indices = nearest(view.tree, points)
+        normals = view.normals[indices]
+        if residuals is not None:
+            found = of_raw_points(residuals, indices, distances, view)
+    elif count > 2:
+        normals = plane_normals(scan.tree, points, count)
+    else:
+        normals = np.zeros_like(points)
     colours = None
     if set(COLOURS) <= scan.attributes.keys():
         values = [scan.attributes[name][::step] for name in COLOURS]

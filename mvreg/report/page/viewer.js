@@ -90,7 +90,7 @@ function createViewer(canvas, data, onPick, onFail) {
     };
   });
 
-  const state = { scene: null, centre: [0, 0, 0], scale: 1, yaw: 0.45, pitch: 0.3, distance: 3.4,
+  const state = { scene: null, centre: [0, 0, 0], scale: 1, yaw: 0.45, pitch: 0.3, distance: 2.7,
     pan: [0, 0], mode: "scan", chosen: null, size: 2 };
 
   function corners(scan) {
@@ -118,7 +118,7 @@ function createViewer(canvas, data, onPick, onFail) {
   }
 
   function reset() {
-    Object.assign(state, { yaw: 0.45, pitch: 0.3, distance: 3.4, pan: [0, 0] });
+    Object.assign(state, { yaw: 0.45, pitch: 0.3, distance: 2.7, pan: [0, 0] });
     draw();
   }
 

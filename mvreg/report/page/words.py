@@ -21,6 +21,8 @@ def verdict(report: Report) -> str:
     doubtful = [row for row in rows if grade(row) in ("amber", "red")]
     if report.get("status") == "interrupted":
         said = f"Interrupted: {placed} of {count(total, 'scan')} were placed so far"
+    elif report.get("status") == "running":
+        said = f"Under way: {placed} of {count(total, 'scan')} are placed in one model so far"
     elif placed == total:
         said = f"All {count(total, 'scan')} are placed in one model"
     else:
@@ -30,7 +32,7 @@ def verdict(report: Report) -> str:
         where = "in another part" if len(parts) == 1 else f"in {len(parts)} other parts"
         said += f", {apart} more {where}"
     lost = sum(row.get("status") in LOST for row in rows)
-    if lost:
+    if lost and report.get("status") != "running":
         said += f", {lost} {'is' if lost == 1 else 'are'} not placed"
     if doubtful:
         said += f"; {len(doubtful)} of the poses {'is' if len(doubtful) == 1 else 'are'} doubtful"
@@ -39,6 +41,8 @@ def verdict(report: Report) -> str:
 
 def next_steps(report: Report) -> list[str]:
     """What a person can do about it, most urgent first."""
+    if report.get("status") == "running":
+        return ["The run goes on, and poses may change: load this page again in a minute or more."]
     rows = report.get("scans") or []
     steps = []
     red = [str(row["name"]) for row in rows if grade(row) == "red"]
@@ -59,7 +63,11 @@ def next_steps(report: Report) -> list[str]:
             "something in them that is not symmetric, known sensors (dataset.sensor) or a known "
             "vertical (dataset.upright=true) tell them apart."
         )
-    lost = [str(row["name"]) for row in rows if row.get("status") == "not placed"]
+    apart = [row for row in rows if row.get("status") == "not placed"]
+    lost = [str(row["name"]) for row in apart if row.get("attempts") or row.get("reason")]
+    untried = [str(row["name"]) for row in apart if str(row["name"]) not in lost]
+    if untried:
+        steps.append(f"No pose is known of {_listed(untried)}, and none was looked for.")
     if lost:
         steps.append(
             f"For {_listed(lost)} no pose was certain enough. Compare the best ones below; a scan "
@@ -89,6 +97,8 @@ def doubt(row: Row) -> str:
     """Why a scan is as it is, in plain words."""
     status = str(row.get("status"))
     if status in LOST:
+        if not row.get("attempts") and not row.get("reason"):
+            return "no attempt was made"
         said = str(row.get("reason") or "nothing to compare it with")
         return f"{count(row.get('attempts') or 0, 'attempt')}; the closest: {said}"
     found = row.get("assessment") or {}

@@ -1,0 +1,53 @@
+"""The scans of a finished run once more, prepared as its method prepares them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mvreg.errors import InputError
+
+if TYPE_CHECKING:
+    from omegaconf import DictConfig
+
+    from mvreg.types import ScanSet, View
+
+
+def config_of(folder: Path, said: dict[str, Any]) -> DictConfig:
+    """The configuration of a finished run, ready to make its stages of it."""
+    from omegaconf import OmegaConf
+    from omegaconf.errors import OmegaConfBaseException
+
+    from mvreg.config.compose import compose
+    from mvreg.report.page.render import overrides_of
+
+    if not (folder / ".hydra" / "overrides.yaml").is_file():
+        raise InputError(
+            f"{folder}: expected .hydra/overrides.yaml, which says what was run; only runs of the "
+            "command line have it"
+        )
+    config = compose([word for word in overrides_of(folder) if not word.startswith("hydra.")])
+    try:
+        for key, value in (said.get("config") or {}).items():
+            # Defaults may have changed since: what counts is what the run used.
+            OmegaConf.update(config, str(key), value, merge=True)
+    except OmegaConfBaseException as error:
+        raise InputError(
+            f"{folder}: its configuration is not one of this version of mvreg "
+            f"({str(error).splitlines()[0]}); run mvreg again"
+        ) from None
+    return config
+
+
+def prepared(config: DictConfig) -> tuple[ScanSet, list[View]]:
+    """The scans of a configuration, and as its method prepares them."""
+    from mvreg.config.compose import stage_from
+    from mvreg.run import method_from
+    from mvreg.stage_calls import checked
+
+    load = checked("dataset", stage_from(config, "dataset"))
+    scanset: ScanSet = load(np.random.default_rng(config.rng))
+    pipeline = method_from(config).pipeline.checked()
+    return scanset, pipeline.prepare(scanset.scans, np.random.default_rng(config.rng))

@@ -1,0 +1,1 @@
+"""Runs compared: what differs in their configuration, and what they measured."""
