@@ -9,6 +9,7 @@ import numpy as np
 
 from mvreg.evaluation.residuals import of_raw_points, point_residuals
 from mvreg.geometry import se3
+from mvreg.geometry.nearest import nearest
 from mvreg.io import PointCloud
 from mvreg.types import Array, Scan, ScanSet, View
 from mvreg.types.attributes import Values, turned
@@ -81,9 +82,9 @@ def model_clouds(
         if views:
             values[RESIDUAL] = np.full(len(points), np.nan, dtype=kinds[RESIDUAL])
             if scan.name in residuals:
-                values[RESIDUAL][:] = of_raw_points(
-                    points, by_name[scan.name], residuals[scan.name]
-                )
+                view = by_name[scan.name]
+                distances, indices = nearest(view.tree, points)
+                values[RESIDUAL][:] = of_raw_points(residuals[scan.name], indices, distances, view)
         yield PointCloud(se3.apply(pose, points), attributes=values, name=scan.name)
 
 
