@@ -26,8 +26,8 @@ from mvreg.errors import InputError
 RESULTS = Path(__file__).resolve().parents[1] / "results"
 IMAGES = (".svg", ".png")
 #: What ``floor.py`` writes; what is made of the runs of ``bench.py``, where there are any; and what
-#: was written by hand of profiles.
-FLOOR, BENCH, PROFILE = "floor.md", "bench.md", "profile.md"
+#: was written by hand, of profiles and of other systems on places.
+FLOOR, BENCH, PROFILE, OTHERS = "floor.md", "bench.md", "profile.md", "other_systems.md"
 
 LEGEND = """\
 `false`: scans placed more than 5 degrees off the truth. e_R: mean Frobenius norm of the rotations'
@@ -101,6 +101,8 @@ def main(
         contents.append(f"| [{bench_page.TITLE}]({BENCH}) | |")
     if (out / PROFILE).is_file():
         contents.append(f"| [Where the time goes]({PROFILE}) | |")
+    if (out / OTHERS).is_file():
+        contents.append(f"| [Other systems on places, and POLAR]({OTHERS}) | |")
     if (out / FLOOR).is_file():
         contents.append(f"| [How far the truth can be trusted]({FLOOR}) | |")
     (out / "README.md").write_text("\n".join(overview(contents)) + "\n", "utf-8")

@@ -93,7 +93,8 @@ PAGES = {
     "peers": Page(
         "Comparison with other systems",
         "Scans in random order and random poses (`dataset.order=shuffle dataset.scramble=true "
-        "rng=1`). `time ratio`: relative to FCPMA's time.",
+        "rng=1`). `time ratio`: relative to FCPMA's time. "
+        "Places, and POLAR: [other_systems.md](other_systems.md).",
         BY_METHOD, FCPMA, check=claims.peers,
     ),
     "delta": Page(
