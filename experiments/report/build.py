@@ -1,14 +1,17 @@
 """Turn the experiments' runs into Markdown tables and figures.
 
     python -m experiments.report.build
+    python -m experiments.report.build mixtures subsets
 
-Run again on the same runs, it writes the same files.
+With names of pages, it writes these alone, and leaves the others as they are. Run again on the same
+runs, it writes the same files.
 """
 
 from __future__ import annotations
 
+import re
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 from experiments.common.runs import ROOT, Run, planned
@@ -18,12 +21,14 @@ from experiments.report.pages import PAGES, Page
 from experiments.report.printed import SOURCE
 from experiments.report.robust_pages import ROBUST, RobustPage
 from experiments.report.tables import gaps, jobs, table
+from mvreg.errors import InputError
 
 RESULTS = Path(__file__).resolve().parents[1] / "results"
 IMAGES = (".svg", ".png")
 #: What ``floor.py`` writes; what is made of the runs of ``bench.py``, where there are any; and what
-#: was written by hand of profiles.
-FLOOR, BENCH, PROFILE, LARGE = "floor.md", "bench.md", "profile.md", "large.md"
+#: was written by hand, of profiles and of other systems on places.
+FLOOR, BENCH, PROFILE, OTHERS = "floor.md", "bench.md", "profile.md", "other_systems.md"
+LARGE = "large.md"
 
 LEGEND = """\
 `false`: scans placed more than 5 degrees off the truth. e_R: mean Frobenius norm of the rotations'
@@ -42,7 +47,9 @@ all these the median over the runs, \\* where scans are missing from an error. `
 least and the greatest that the results state for scans placed correctly, and `of the false`."""
 
 
-def main(root: Path = ROOT, out: Path = RESULTS, figures: bool = True) -> None:
+def main(
+    root: Path = ROOT, out: Path = RESULTS, figures: bool = True, only: Collection[str] = ()
+) -> None:
     """Write a page for each experiment, a table of contents, and the figures.
 
     Parameters
@@ -53,29 +60,50 @@ def main(root: Path = ROOT, out: Path = RESULTS, figures: bool = True) -> None:
         Where to write.
     figures : bool
         Also draw the figures.
+    only : collection of str
+        The pages to write; all if empty.
+
+    Raises
+    ------
+    InputError
+        If there is no such page; lists them.
     """
+    names = [*PAGES, *ROBUST, Path(BENCH).stem]
+    if unknown := sorted(set(only) - set(names)):
+        raise InputError(f"no page {', '.join(unknown)}; there are: {', '.join(names)}")
+    wanted = only or names
     out.mkdir(parents=True, exist_ok=True)
     if figures:
         from experiments.report.figures import draw_all
 
         draw_all(root, out)
     contents = []
+    known = listed(out / "README.md")
     for name, page in PAGES.items():
+        if name not in wanted:
+            contents += known.get(name, [])
+            continue
         found = planned(name, root)
         lines = text(name, page, found, out)
         contents.append(written(out / f"{name}.md", page.title, lines, found))
     for name, robust in ROBUST.items():
+        if name not in wanted:
+            contents += known.get(name, [])
+            continue
         parts = {each: planned(each, root) for each in robust.experiments}
         lines = robust_text(name, robust, parts, out)
         found = [run for part in parts.values() for run in part]
         contents.append(written(out / f"{name}.md", robust.title, lines, found))
-    measured = bench_page.write(root.parent / "bench" / "bench.json", out, figures)
+    bench = root.parent / "bench" / "bench.json"
+    measured = bench_page.write(bench, out, figures) if Path(BENCH).stem in wanted else None
     if measured is not None:
         sys.stdout.write(f"{out / BENCH}: {measured} runs\n")
     if (out / BENCH).is_file():
         contents.append(f"| [{bench_page.TITLE}]({BENCH}) | |")
     if (out / PROFILE).is_file():
         contents.append(f"| [Where the time goes]({PROFILE}) | |")
+    if (out / OTHERS).is_file():
+        contents.append(f"| [Other systems on places, and POLAR]({OTHERS}) | |")
     if (out / FLOOR).is_file():
         contents.append(f"| [How far the truth can be trusted]({FLOOR}) | |")
     if (out / LARGE).is_file():
@@ -89,6 +117,12 @@ def written(file: Path, title: str, lines: Sequence[str], found: Sequence[Run]) 
     there = sum(run.report is not None for run in found)
     sys.stdout.write(f"{file}: {there} of {len(found)} jobs have a result\n")
     return f"| [{title}]({file.name}) | {there} of {len(found)} |"
+
+
+def listed(contents: Path) -> dict[str, list[str]]:
+    """The lines of a table of contents, by the names of their pages."""
+    lines = contents.read_text("utf-8").splitlines() if contents.is_file() else []
+    return {found[1]: [line] for line in lines if (found := re.search(r"\((\w+)\.md\) \|", line))}
 
 
 def overview(contents: Sequence[str]) -> list[str]:
@@ -154,4 +188,4 @@ def pictures(name: str, out: Path) -> list[str]:
 
 
 if __name__ == "__main__":
-    main()
+    main(only=sys.argv[1:])

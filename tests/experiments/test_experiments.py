@@ -71,7 +71,7 @@ def test_there_are_the_tables_and_the_ablations():
         "table1", "table2", "table3", "peers", "delta", "scales", "tmse", "overlap", "noise",
         "sampling", "orders", "mixtures_pairs", "mixtures_drawn", "mixtures_foreign", "subsets",
         "spoilt_noise", "spoilt_outliers", "spoilt_density", "spoilt_all", "shapes",
-        "folders", "environments",
+        "folders", "environments", "virtual",
     }  # fmt: skip
     assert choices()["experiment"] == NAMES
 
@@ -230,6 +230,22 @@ def verdicts(text):
     """The verdict and the numbers of each claim, by its beginning."""
     found = re.findall(r"^- \*\*([a-z ]+)\*\*: (.*)$", text, re.MULTILINE)
     return {claim[:28]: (verdict, claim) for verdict, claim in found}
+
+
+def test_pages_that_are_not_asked_for_stay_as_they_are(tmp_path):
+    from experiments.report import build
+
+    out = tmp_path / "out"
+    page(tmp_path, out)
+    contents, other = (out / "README.md").read_text(), (out / "table2.md").read_text()
+    for name in ("table1", "table2"):
+        leave(tmp_path, name, ["+method=fcpma", "dataset=bunny"], fabricate(placed=3))
+    build.main(tmp_path, out, figures=False, only=["table1"])
+    assert (out / "table2.md").read_text() == other
+    assert rows((out / "table1.md").read_text())["bunny", "fcpma"][2] == "3 of 3"
+    assert (out / "README.md").read_text() == contents.replace("md) | 0 of 12", "md) | 1 of 12", 1)
+    with pytest.raises(InputError, match="no page table9; there are: table1, table2"):
+        build.main(tmp_path, out, figures=False, only=["table9"])
 
 
 def test_claims_hold_or_not_as_the_numbers_say(tmp_path):
