@@ -119,5 +119,5 @@ def unreadable(error: OverrideParseException) -> str:
         return f"cannot read {error.override!r}{detail}; quote the value twice: {quoted}"
     return (
         f"cannot read {error.override!r}{detail}; expected KEY=VALUE, or first the word plugins, "
-        "inspect, look or export; see mvreg --help"
+        "inspect, look, report, compare, view or export; see mvreg --help"
     )
