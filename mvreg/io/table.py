@@ -6,6 +6,7 @@ Clean tables are `mvreg.kernels.text`'s; what it does not take comes here.
 from __future__ import annotations
 
 import re
+from array import array
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -41,7 +42,8 @@ def parse_lines(
     InputError
         With file, line and reason.
     """
-    rows: list[list[float]] = []
+    numbers = array("d")  # lists of floats would take four times as much
+    rows = 0
     for number, line in lines:
         words = line.split()
         if not words or words[0].startswith(("#", "//")):
@@ -51,10 +53,11 @@ def parse_lines(
                 f"{path}, line {number}: expected {columns} numbers, got {len(words)}: "
                 f"{excerpt(line)}"
             )
-        rows.append([_number(word, number, path) for word in words])
-        if len(rows) == most:
+        numbers.extend(_number(word, number, path) for word in words)
+        rows += 1
+        if rows == most:
             break
-    return np.array(rows, dtype=np.float64).reshape(-1, columns)
+    return np.array(numbers, dtype=np.float64).reshape(-1, columns)
 
 
 def is_number(word: str) -> bool:
