@@ -36,18 +36,23 @@ class Listing:
         Those that were not looked into.
     unmatched : tuple of str
         The files that do not match the pattern.
+    packed : tuple of str
+        Archives beside files that can be read, and compressed files beside the same one unpacked:
+        their scans would count twice.
     """
 
     files: tuple[str, ...]
     others: tuple[str, ...]
     folders: tuple[str, ...]
     unmatched: tuple[str, ...]
+    packed: tuple[str, ...] = ()
 
     @property
     def left_out(self) -> dict[str, str]:
         """Why each of the others was left out."""
         return {
             **dict.fromkeys(self.others, "of a kind that cannot be read"),
+            **dict.fromkeys(self.packed, "packed, beside files that are not"),
             **{f"{name}/": "a folder" for name in self.folders},
         }
 
@@ -60,6 +65,8 @@ class Listing:
             kinds = ", ".join(sorted({suffix(name) for name in missed}))
             what = "1 file was" if len(missed) == 1 else f"{len(missed)} files were"
             parts.append(f"{what} left out, of a kind that cannot be read: {kinds}")
+        if self.packed:
+            parts.append(f"packed files beside others left out: {few(list(self.packed), 5)}")
         if self.folders:
             what = "1 folder" if len(self.folders) == 1 else f"{len(self.folders)} folders"
             left = "" if missed else " left out"
@@ -91,10 +98,21 @@ def find_files(folder: Path, pattern: str, recursive: bool, known: Collection[st
     others: list[str] = []
     folders: list[str] = []
     unmatched: list[str] = []
-    for entry in _entries(folder, folder, recursive, folders):
-        matches, readable = fnmatchcase(Path(entry).name, pattern), suffix(entry) in known
-        (unmatched if not matches else files if readable else others).append(entry)
-    found = (files, others, folders, unmatched)
+    entries = _entries(folder, folder, recursive, folders)
+    packed: list[str] = []
+    archives: list[str] = []
+    for entry in entries:
+        inner = entry[: -len(suffix(entry))] if suffix(entry) == ".gz" else ""
+        if not fnmatchcase(Path(entry).name, pattern):
+            unmatched.append(entry)
+        elif suffix(entry) == ".zip":
+            archives.append(entry)
+        elif inner and suffix(inner) in known:
+            (packed if inner in entries else files).append(entry)
+        else:
+            (files if suffix(entry) in known else others).append(entry)
+    (packed if files else files).extend(archives)
+    found = (files, others, folders, unmatched, packed)
     in_order = [tuple(sorted(names, key=natural)) for names in found]
     return Listing(*in_order)
 
