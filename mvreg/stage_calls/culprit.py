@@ -83,7 +83,7 @@ def registered(kind: str, culprit: Any) -> Registered | None:
 def others(entry: Registered) -> str:
     """The other stages of the kind that there are, for messages."""
     table = manager.stages().values()
-    names = [each.name for each in table if each.kind == entry.kind and each is not entry]
+    names = [each.name for each in table if each.kind == entry.kind and each.key != entry.key]
     return f"{entry.kind}={'|'.join(names)}"
 
 
