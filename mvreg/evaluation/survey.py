@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -155,19 +155,28 @@ def loop_closures(links: Sequence[LinkSurvey]) -> list[LoopClosure]:
     for link in links:
         ways.setdefault(link.source, {})[link.target] = (link, 1.0)
         ways.setdefault(link.target, {})[link.source] = (link, -1.0)
-    found = []
-    for link in outside_tree(links):
-        rest = {
-            name: [other for other in others if {name, other} != {link.source, link.target}]
-            for name, others in ways.items()
-        }
-        before = breadth_first(link.target, rest)
-        names = [link.source]
-        while (step := before.get(names[-1])) is not None:
-            names.append(step)
-        if names[-1] == link.target:
-            found.append(_closure(names, ways))
+    found = [_closure(_shortest(link, ways), ways) for link in outside_tree(links)]
     return sorted(found, key=lambda loop: -loop.translation)[:MOST_LOOPS]
+
+
+def _shortest(link: LinkSurvey, ways: Mapping[str, Mapping[str, object]]) -> list[str]:
+    """The names along the shortest way from the source of a link to its target, without it.
+
+    Nearly always that is by a scan that both are linked with, which is looked for first: all ways
+    are searched only where there is none.
+    """
+    source, target = link.source, link.target
+    for between in ways[target]:
+        if between in ways[source]:
+            return [source, between, target]
+    rest: dict[str, Iterable[str]] = {**ways}
+    rest[source] = [other for other in ways[source] if other != target]
+    rest[target] = [other for other in ways[target] if other != source]
+    before = breadth_first(target, rest)
+    names = [source]
+    while (step := before[names[-1]]) is not None:
+        names.append(step)
+    return names
 
 
 def outside_tree(links: Sequence[LinkSurvey]) -> list[LinkSurvey]:

@@ -61,5 +61,4 @@ class PointCloud:
 
 def stacked(values: dict[str, Values]) -> Array:
     """Take x, y and z out of the values of points: an array (N, 3) of doubles."""
-    with np.errstate(invalid="ignore"):  # a NaN of single precision may be one that warns
-        return np.stack([values.pop(axis).astype(np.float64) for axis in "xyz"], axis=1)
+    return np.stack([values.pop(axis).astype(np.float64) for axis in "xyz"], axis=1)

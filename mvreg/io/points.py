@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -112,16 +113,25 @@ def iterate_clouds(
         if path.exists() and not path.is_file():
             raise InputError(f"{path}: expected a file, found a folder or a device")
         nothing = True
-        with np.errstate(all="ignore"):  # what is not finite is dropped
-            for cloud in reader(path, options or ReadOptions()):
-                nothing = False
-                yield _finite(cloud, path)
+        clouds = iter(_quietly(reader, path, options or ReadOptions()))
+        while (cloud := _quietly(next, clouds, None)) is not None:
+            nothing = False
+            yield _quietly(_finite, cloud, path)
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from error
     except (MemoryError, OverflowError) as error:
         raise InputError(f"{path}: asks for more memory than there is; is it damaged?") from error
     if nothing:
         raise InputError(f"{path}: expected at least one scan, found none; leave this file out")
+
+
+def _quietly(function: Callable[..., Any], *given: Any) -> Any:
+    """What a call returns, NumPy's warnings off: what is not finite is dropped in the end.
+
+    Not around a ``yield``, or they would be off for whoever asks for the next cloud, too.
+    """
+    with np.errstate(all="ignore"):
+        return function(*given)
 
 
 def _finite(cloud: PointCloud, path: Path) -> PointCloud:

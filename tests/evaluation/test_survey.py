@@ -81,6 +81,13 @@ def test_loops_by_hand():
     assert loop.translation == pytest.approx(2)
 
 
+def test_a_loop_without_a_triangle():
+    around = [link(a, b, shift=(0, 0.5, 0), points=200) for a, b in ("ab", "bc", "cd")]
+    (loop,) = loop_closures([*around, link("d", "a")])
+    assert sorted(loop.names) == list("abcd")
+    assert loop.translation == pytest.approx(1.5)
+
+
 def test_uncertainty_along_the_axes():
     covariance = np.zeros((6, 6))
     covariance[2, 2] = 1e-6  # about z, by a milliradian

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from mvreg._open3d import load_open3d
 from mvreg.errors import InputError, MvregError
-from mvreg.io import READERS, SUPPORTED, read_points, write_ply
+from mvreg.io import READERS, SUPPORTED, iterate_clouds, read_points, write_ply
 
 POINTS = np.array([[0.5, 1.25, -2.0], [1.0, 0.0, 3.5], [-4.0, 8.0, 0.125], [1.0, 1.0, 1.0]])
 ROWS = [" ".join(map(str, row)) for row in POINTS.tolist()]
@@ -267,3 +267,10 @@ def test_without_open3d_the_error_says_what_to_do(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setitem(sys.modules, "open3d", None)
     with pytest.raises(MvregError, match="pip install mvreg"):
         load_open3d()
+
+
+def test_that_warnings_are_off_inside_the_readers_alone(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.pts", b"1\n1 2 3\n1\n4 5 6\n")
+    before = np.geterr()
+    seen = [np.geterr() for _ in iterate_clouds(path)]
+    assert seen == [before, before]
