@@ -16,6 +16,12 @@ __all__ = [
 ]
 
 
+def few(names: Sequence[str], most: int = 10) -> str:
+    """The first of many names, for a message."""
+    shown = ", ".join(names[:most]) or "nothing"
+    return f"{shown} and {len(names) - most} more" if len(names) > most else shown
+
+
 class MvregError(Exception):
     """Base of every error that a person can act on; its text is one clear message."""
 

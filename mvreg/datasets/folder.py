@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from mvreg.datasets.base import ScanSource
-from mvreg.datasets.folder_files import Listing, few, find_files, natural
+from mvreg.datasets.folder_files import Listing, find_files, natural
 from mvreg.datasets.folder_scans import (
     Reader,
     ReadFiles,
@@ -20,7 +20,7 @@ from mvreg.datasets.folder_scans import (
 from mvreg.datasets.inspection import inspect_scans
 from mvreg.datasets.large import MOST_POINTS
 from mvreg.datasets.no_returns import remark_on_zeros
-from mvreg.errors import InputError
+from mvreg.errors import InputError, few
 from mvreg.io import ReadOptions, read_poses
 from mvreg.io.text import check_columns
 from mvreg.plugins import manager

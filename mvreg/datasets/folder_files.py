@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
 
-from mvreg.errors import InputError
+from mvreg.errors import InputError, few
 
 #: Kinds of files that lie beside scans and hold none: nobody misses them.
 NO_SCANS = frozenset([
@@ -151,9 +151,3 @@ def natural(name: str) -> tuple[list[tuple[int, str]], str]:
     """A key that sorts names as people count; the name itself settles ties."""
     parts = re.findall(r"[0-9]+|[^0-9]+", name.casefold())
     return [(int(part), "") if part.isdecimal() else (-1, part) for part in parts], name
-
-
-def few(names: list[str], most: int = 10) -> str:
-    """The first names of many."""
-    shown = ", ".join(names[:most]) or "nothing"
-    return f"{shown} and {len(names) - most} more" if len(names) > most else shown

@@ -11,10 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from mvreg.datasets.folder_files import few
 from mvreg.datasets.large import held
 from mvreg.datasets.no_returns import without_zeros
-from mvreg.errors import InputError, NoScanError
+from mvreg.errors import InputError, NoScanError, few
 from mvreg.io import Format, PointCloud, ReadOptions, iterate_clouds
 from mvreg.parallel import in_threads
 from mvreg.types import Array, Scan
@@ -95,10 +94,14 @@ def read_all(files: Sequence[str], reader: Reader) -> ReadFiles:
         if isinstance(each, NoScanError)
     }
     typical = _typical([len(each.scan.points) for each in scans])
-    few = [each for each in scans if len(each.scan.points) < min(HANDFUL, SHARE * typical)]
-    for each in few:
-        left_out[each.scan.name] = f"only {len(each.scan.points)} points"
-    return ReadFiles(tuple(each for each in scans if each not in few), left_out)
+    kept = []
+    for each in scans:
+        count = len(each.scan.points)
+        if count < min(HANDFUL, SHARE * typical):
+            left_out[each.scan.name] = f"only {count} points"
+        else:
+            kept.append(each)
+    return ReadFiles(tuple(kept), left_out)
 
 
 def _reason(error: NoScanError) -> str:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mvreg.errors import InputError
+from mvreg.errors import InputError, few
 from mvreg.io import read_poses
 from mvreg.types import Array, Scan, ScanSet
 
@@ -36,7 +36,7 @@ def tell_initial(scans: ScanSet, initial: str, fixed: Sequence[str]) -> ScanSet:
     unknown = [name for name in fixed if name not in names]
     if unknown:
         raise InputError(
-            f"dataset.fixed={list(fixed)}: expected names of scans, {_few(names)}; "
+            f"dataset.fixed={list(fixed)}: expected names of scans, {few(names)}; "
             f"got {', '.join(unknown)}"
         )
     known = _known(scans, initial, names)
@@ -54,8 +54,8 @@ def _known(scans: ScanSet, initial: str, names: list[str]) -> Mapping[str, Array
     found = read_poses(initial)
     if not set(found) & set(names):
         raise InputError(
-            f"dataset.initial={initial}: expected poses of the scans {_few(names)}; got poses of "
-            f"{_few(list(found))}"
+            f"dataset.initial={initial}: expected poses of the scans {few(names)}; got poses of "
+            f"{few(list(found))}"
         )
     return found
 
@@ -64,7 +64,3 @@ def _told(scan: Scan, known: Mapping[str, Array], fixed: Sequence[str]) -> Scan:
     if scan.name in fixed:
         return replace(scan, initial=known.get(scan.name, np.eye(4)), fixed=True)
     return replace(scan, initial=known.get(scan.name))
-
-
-def _few(names: Sequence[str]) -> str:
-    return ", ".join(names[:10]) + (f" and {len(names) - 10} more" if len(names) > 10 else "")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from mvreg.errors import InputError
-from mvreg.export.model import Model, few
+from mvreg.errors import InputError, few
+from mvreg.export.model import Model
 from mvreg.io.e57_poses import positions, rewrite_poses
 from mvreg.types import Array
 

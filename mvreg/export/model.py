@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from mvreg.errors import few
 from mvreg.export.placements import Component, Placements
 from mvreg.geometry import se3
 from mvreg.io import PointCloud
@@ -99,9 +100,3 @@ class Clouds:
 def without_index(cloud: PointCloud) -> PointCloud:
     """The cloud of one scan, whose number need not be with every point."""
     return replace(cloud, attributes={n: v for n, v in cloud.attributes.items() if n != INDEX})
-
-
-def few(names: list[str]) -> str:
-    """Some names for a message."""
-    shown = ", ".join(names[:10]) or "none"
-    return f"{shown} and {len(names) - 10} more" if len(names) > 10 else shown

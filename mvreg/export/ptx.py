@@ -11,8 +11,7 @@ from mvreg.export.model import Model
 from mvreg.export.poses.text import rows, stems, words
 from mvreg.io import PointCloud
 from mvreg.io.cloud_stream import ROWS, replaced
-
-COLOURS = ("red", "green", "blue")
+from mvreg.types.attributes import COLOURS
 
 
 def write_ptx(folder: Path, model: Model) -> list[str]:

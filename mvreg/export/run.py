@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from mvreg.errors import InputError
+from mvreg.errors import InputError, few
 from mvreg.export.formats import Format, PointFormat
-from mvreg.export.model import Model, few
+from mvreg.export.model import Model
 from mvreg.export.placements import Component, Placements, placements
 from mvreg.types import ScanSet, View
 

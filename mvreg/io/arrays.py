@@ -11,8 +11,8 @@ import numpy as np
 from mvreg.errors import InputError, NoScanError
 from mvreg.io.cloud import PointCloud
 from mvreg.io.column_names import axes_named
-from mvreg.io.columns import NORMAL, attributes_of, colours, poses_in
-from mvreg.types.attributes import Values
+from mvreg.io.columns import attributes_of, colours, poses_in
+from mvreg.types.attributes import NORMALS, Values
 
 #: What the coordinates are called in files of several arrays, or as a field of several numbers.
 _POINTS = (
@@ -148,5 +148,5 @@ def _attribute(name: str, values: Values, count: int) -> dict[str, Values]:
         channels = values.reshape(-1, values.shape[-1]).T[:3]
         return colours(list(channels)) if len(channels[0]) == count else {}
     if lower in _NORMALS and values.size == 3 * count and values.shape[-1] == 3:
-        return dict(zip(NORMAL, np.ascontiguousarray(values.reshape(-1, 3).T), strict=True))
+        return dict(zip(NORMALS, np.ascontiguousarray(values.reshape(-1, 3).T), strict=True))
     return {}

@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mvreg.types import Array
-from mvreg.types.attributes import Values
-
-COLOURS = ("red", "green", "blue")
+from mvreg.types.attributes import COLOURS, Values
 
 
 def colours(columns: Array) -> dict[str, Values]:
@@ -21,3 +19,8 @@ def colours(columns: Array) -> dict[str, Values]:
         return {}
     kind = np.uint8 if top <= 255 else np.uint16
     return {name: columns[:, i].astype(kind) for i, name in enumerate(COLOURS)}
+
+
+def as_bytes(columns: Array) -> Array:
+    """Colours (N, 3) from 0 to 1 as whole numbers up to 255; others as they are."""
+    return np.rint(255 * columns) if columns.max(initial=0.0) <= 1 else columns

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
+from mvreg.io.colours import as_bytes
+from mvreg.io.colours import colours as whole_colours
 from mvreg.io.column_names import QUATERNION, attribute_names
 from mvreg.types import Array
-from mvreg.types.attributes import Values
+from mvreg.types.attributes import COLOURS, NORMALS, Values
 
-#: Names as PLY has them.
-RGB = ("red", "green", "blue")
-NORMAL = ("nx", "ny", "nz")
 #: Rotations are orthonormal to so much, as files of few decimals have them.
 _UNIT = 1e-3
 
@@ -41,8 +39,8 @@ def attributes_of(
         if column in axes or column in skip or np.isnan(table[:, column]).all():
             continue
         found[called[column]] = np.ascontiguousarray(table[:, column])
-    if set(RGB) <= set(found):
-        found |= colours([found[name] for name in RGB])
+    if set(COLOURS) <= set(found):
+        found |= colours([found[name] for name in COLOURS])
     return found
 
 
@@ -54,12 +52,12 @@ def _guessed(table: Array, axes: Sequence[int]) -> list[str]:
     # As PTS has it, a brightness stands before the colours.
     for first in {6: (3,), 7: (4, 3)}.get(table.shape[1], ()):
         if _like_colours(table[:, first : first + 3]):
-            names[first : first + 3] = RGB
+            names[first : first + 3] = COLOURS
             if first == 4:
                 names[3] = "intensity"
             return names
     if table.shape[1] == 6 and _like_normals(table[:, 3:]):
-        names[3:] = NORMAL
+        names[3:] = NORMALS
     return names
 
 
@@ -78,17 +76,9 @@ def _like_normals(values: Array) -> bool:
 
 def colours(channels: Sequence[Values]) -> dict[str, Values]:
     """Colours as PLY has them, where they are numbers of a byte, of two, or shares of one."""
-    whole: np.ndarray[Any, Any] = np.stack(channels)
-    if not np.isfinite(whole).all() or not whole.size or whole.min() < 0:
-        return {}
-    if (whole == np.floor(whole)).all():
-        kind = np.uint8 if whole.max() <= 255 else np.uint16
-        if whole.max() > 65535:
-            return {}
-        return {name: row.astype(kind) for name, row in zip(RGB, whole, strict=True)}
-    if whole.max() > 1:
-        return {}
-    return {n: np.rint(255 * row).astype(np.uint8) for n, row in zip(RGB, whole, strict=True)}
+    table = np.stack([channel.astype(np.float64) for channel in channels], axis=1)
+    whole = bool((table == np.floor(table)).all())
+    return whole_colours(table if whole else as_bytes(table)) if table.size else {}
 
 
 def poses_in(table: Array, names: Sequence[str] | None) -> str | None:

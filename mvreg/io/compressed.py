@@ -11,7 +11,7 @@ from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 from typing import IO
 
-from mvreg.errors import InputError
+from mvreg.errors import InputError, few
 from mvreg.io.cloud import PointCloud
 from mvreg.io.formats import Format, ReadOptions, format_of
 
@@ -71,8 +71,7 @@ def _unzipped(
             f"found {', '.join(others[:10]) or 'none at all'}"
         )
     if others:
-        shown = ", ".join(others[:10]) + (f" and {len(others) - 10} more" if others[10:] else "")
-        remark = f"{len(others)} file(s) of the archive that are no scans left out: {shown}"
+        remark = f"{len(others)} file(s) of the archive that are no scans left out: {few(others)}"
         clouds[0] = replace(clouds[0], remarks=(*clouds[0].remarks, remark))
     return clouds
 

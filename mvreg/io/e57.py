@@ -18,9 +18,8 @@ import numpy as np
 from mvreg.errors import InputError
 from mvreg.geometry import se3
 from mvreg.io.cloud import PointCloud
-from mvreg.io.colours import COLOURS
 from mvreg.types import Array
-from mvreg.types.attributes import Values
+from mvreg.types.attributes import COLOURS, Values
 
 #: Points at a time: what is made of a header that lies stays small.
 _CHUNK = 200_000

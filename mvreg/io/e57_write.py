@@ -13,7 +13,7 @@ from mvreg.errors import InputError
 from mvreg.io.cloud import PointCloud
 from mvreg.io.cloud_stream import ROWS, Survey, replaced
 from mvreg.types import Array
-from mvreg.types.attributes import Values
+from mvreg.types.attributes import COLOURS, Values
 
 #: E57's names, from those of `PointCloud`; normals are an extension that libE57 describes.
 NAMES = {
@@ -24,7 +24,6 @@ EXTENSIONS = {
     "nor": "http://www.libe57.org/E57_NOR_surface_normals.txt",
     "mvreg": "urn:mvreg:attributes",
 }
-COLOURS = ("red", "green", "blue")
 
 
 def require_pye57() -> Any:

@@ -9,8 +9,7 @@ import numpy as np
 from mvreg.errors import InputError
 from mvreg.geometry import se3
 from mvreg.io.cloud import PointCloud
-from mvreg.io.colours import COLOURS
-from mvreg.types.attributes import Values
+from mvreg.types.attributes import COLOURS, Values
 
 
 def read_gltf(path: Path) -> PointCloud:

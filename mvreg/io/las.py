@@ -14,8 +14,7 @@ import numpy as np
 
 from mvreg.errors import InputError
 from mvreg.io.cloud import PointCloud
-from mvreg.io.colours import COLOURS
-from mvreg.types.attributes import Values
+from mvreg.types.attributes import COLOURS, Values
 
 #: Points at a time: what is made of a header that lies stays small.
 _CHUNK = 500_000

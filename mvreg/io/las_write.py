@@ -12,9 +12,8 @@ import numpy as np
 from mvreg.io.cloud import PointCloud
 from mvreg.io.cloud_stream import ROWS, Survey, replaced, survey
 from mvreg.types import Array
-from mvreg.types.attributes import Values
+from mvreg.types.attributes import COLOURS, Values
 
-COLOURS = ("red", "green", "blue")
 #: What LAS has a place for in every point, and the largest value that fits; none is negative.
 STANDARD = {
     "intensity": 65535, "classification": 255, "user_data": 255, "point_source_id": 65535,

@@ -8,9 +8,8 @@ import numpy as np
 
 from mvreg.geometry.sphere import sphere_directions
 from mvreg.io.cloud import PointCloud
-from mvreg.io.colours import COLOURS
 from mvreg.types import Array
-from mvreg.types.attributes import Values
+from mvreg.types.attributes import COLOURS, Values
 
 #: At least so many points show a surface, spread evenly.
 ENOUGH = 20_000

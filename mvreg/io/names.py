@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from mvreg.types.attributes import Values
+from mvreg.types.attributes import COLOURS, Values
 
 #: Triples of names, and those that they stand for: of MeshLab's and PCL's files, and of tables.
 TRIPLES: dict[tuple[str, str, str], tuple[str, str, str]] = {
@@ -14,7 +14,6 @@ TRIPLES: dict[tuple[str, str, str], tuple[str, str, str]] = {
     ("r", "g", "b"): ("red", "green", "blue"),
     ("normal_x", "normal_y", "normal_z"): ("nx", "ny", "nz"),
 }
-COLOURS = ("red", "green", "blue")
 
 
 def with_usual_names(values: Mapping[str, Values]) -> dict[str, Values]:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from mvreg.errors import InputError
 from mvreg.io.cloud import PointCloud
-from mvreg.io.colours import colours
+from mvreg.io.colours import as_bytes, colours
 from mvreg.io.faces import fan
 from mvreg.io.table import parse_lines
 from mvreg.kernels.text import parse_rows
@@ -51,10 +51,7 @@ def read_obj(path: Path) -> PointCloud:
 
 def _colours(table: Array) -> dict[str, Values]:
     """From 0 to 1 or to 255."""
-    if table.shape[1] < 6:
-        return {}
-    values = table[:, 3:6]
-    return colours((values * 255).round() if values.max(initial=0.0) <= 1 else values)
+    return colours(as_bytes(table[:, 3:6])) if table.shape[1] >= 6 else {}
 
 
 def _triangles(data: bytes) -> Values | None:

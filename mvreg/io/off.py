@@ -5,11 +5,9 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import numpy as np
-
 from mvreg.errors import InputError
 from mvreg.io.cloud import PointCloud
-from mvreg.io.colours import colours
+from mvreg.io.colours import as_bytes, colours
 from mvreg.io.faces import fan
 from mvreg.io.stations import Lines
 from mvreg.types.attributes import Values
@@ -56,13 +54,8 @@ def read_off(path: Path) -> PointCloud:
     if kind[3] and columns >= 6:
         attributes |= {name: table[:, 3 + i].copy() for i, name in enumerate(("nx", "ny", "nz"))}
     if kind[2] and columns >= (start := 6 if kind[3] else 3) + 3:
-        attributes |= colours(_as_bytes(table[:, start : start + 3]))
+        attributes |= colours(as_bytes(table[:, start : start + 3]))
     return PointCloud(table[:, :3], attributes=attributes, triangles=_faces(lines, faces, vertices))
-
-
-def _as_bytes(values: Values) -> Values:
-    """Colours from 0 to 1 as bytes; others as they are."""
-    return np.asarray((values * 255).round() if values.max(initial=0.0) <= 1 else values)
 
 
 def _skip(lines: Lines) -> bool:

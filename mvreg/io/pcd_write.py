@@ -11,9 +11,8 @@ import numpy as np
 
 from mvreg.io.cloud import PointCloud
 from mvreg.io.cloud_stream import ROWS, replaced
-from mvreg.types.attributes import Values
+from mvreg.types.attributes import COLOURS, Values
 
-COLOURS = ("red", "green", "blue")
 #: PCL's names of what `PointCloud` calls differently.
 NAMES = {"nx": "normal_x", "ny": "normal_y", "nz": "normal_z"}
 

@@ -12,13 +12,12 @@ from mvreg.geometry import se3
 from mvreg.geometry.nearest import nearest
 from mvreg.io import PointCloud
 from mvreg.types import Array, Scan, ScanSet, View
-from mvreg.types.attributes import Values, turned
+from mvreg.types.attributes import COLOURS, Values, turned
 
 #: The number of a point's scan among the scans of the run, from 0, in the order of the report.
 INDEX = "scan_index"
 #: How far a point lies from the surfaces of the other scans (length), where that was measured.
 RESIDUAL = "residual"
-COLOURS = ("red", "green", "blue")
 
 
 def model_kinds(

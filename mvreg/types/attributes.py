@@ -14,8 +14,11 @@ Values = np.ndarray[Any, Any]
 #: Scalars (N,) of N points by name.
 Attributes = Mapping[str, Values]
 
+#: The names of colours and of normals, in order.
+COLOURS = ("red", "green", "blue")
+NORMALS = ("nx", "ny", "nz")
 #: Attributes with these names are vectors in the frame of the points, and turn with them.
-VECTORS: tuple[tuple[str, str, str], ...] = (("nx", "ny", "nz"),)
+VECTORS: tuple[tuple[str, str, str], ...] = (NORMALS,)
 
 
 class FullPoints(Protocol):

@@ -14,7 +14,7 @@ from mvreg.geometry.nearest import nearest
 from mvreg.kernels.moments import normals as plane_normals
 from mvreg.parallel import in_threads
 from mvreg.types import Array, Scan, View
-from mvreg.types.attributes import Values
+from mvreg.types.attributes import COLOURS, Values
 
 #: Points shown in all, and of each scan at least and at most: a page of 4 MB for ten scans, of 15
 #: MB for 300.
@@ -23,7 +23,6 @@ POINTS_IN_ALL, FEWEST, MOST = 150_000, 1500, 40_000
 WORST, NONE = 1.0, 255
 #: Quantiles of the coordinates between which most of a scan lies.
 INNER = (0.02, 0.98)
-COLOURS = ("red", "green", "blue")
 
 
 @dataclass(frozen=True, eq=False)
