@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 from uuid import uuid4
 
 import numpy as np
@@ -13,6 +14,7 @@ import numpy as np
 from mvreg.errors import InputError
 from mvreg.io.cloud import PointCloud
 from mvreg.types import Array
+from mvreg.types.attributes import Values
 
 #: Rows written at a time.
 ROWS = 1 << 16
@@ -60,6 +62,34 @@ def survey(clouds: Iterable[PointCloud], path: Path) -> Survey:
     if not found.count:
         raise InputError(f"{path}: expected at least one point to write, got none")
     return found
+
+
+def numbered(word: str, taken: Collection[str]) -> str:
+    """A word that is not taken: itself, or with the first number that is free, ``word_2``."""
+    found, number = word, 1
+    while found in taken:
+        number += 1
+        found = f"{word}_{number}"
+    return found
+
+
+def rows_of(
+    cloud: PointCloud, piece: slice, record: np.dtype[Any], labels: Mapping[str, str]
+) -> Values:
+    """Some points of a cloud as records: three coordinates, and attributes by their label.
+
+    What the cloud lacks is NaN, or 0 where the type is whole.
+    """
+    points = cloud.points[piece]
+    table = np.zeros(len(points), dtype=record)
+    for axis, column in zip(record.names or (), points.T, strict=False):
+        table[axis] = column
+    for name, label in labels.items():
+        if name in cloud.attributes:
+            table[label] = cloud.attributes[name][piece]
+        elif record[label].kind == "f":
+            table[label] = np.nan
+    return table
 
 
 @contextmanager

@@ -5,6 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 
+from mvreg.io.names import TRIPLES
+from mvreg.types.attributes import COLOURS, NORMALS
+
 _UNIT = re.compile(r"\s*(\[[^\]]*\]|\([^)]*\))")
 _TOKEN = re.compile(r"[A-Z]?[a-zäöü]+|[A-ZÄÖÜ]+|\d+")
 #: Words of a name that say nothing of the axis: units, and whose coordinates they are.
@@ -26,12 +29,16 @@ _AXES = {
 }  # fmt: skip
 #: Axes that make a right-handed frame, the likelier first.
 _FRAMES = (("x", "y", "z"), ("east", "north", "up"), ("x", "y", "up"), ("east", "north", "z"))
-_COLOURS = {"r": "red", "g": "green", "b": "blue"}
+_RGB = ("r", "g", "b")
+_COLOURS = dict(zip(_RGB, COLOURS, strict=True))
 _KNOWN = {
-    "scalar_intensity": "intensity", "nx": "nx", "ny": "ny", "nz": "nz", "normal_x": "nx",
-    "normal_y": "ny", "normal_z": "nz", "red": "red", "green": "green", "blue": "blue",
-    "intensity": "intensity", "diffuse_red": "red", "diffuse_green": "green",
-    "diffuse_blue": "blue",
+    **{name: name for name in (*NORMALS, *COLOURS, "intensity")},
+    "scalar_intensity": "intensity",
+    **{
+        other: usual
+        for others, names in TRIPLES.items() if others != _RGB
+        for other, usual in zip(others, names, strict=True)
+    },
 }  # fmt: skip
 #: Names of the parts of a unit quaternion: a table that has them holds poses, not points.
 QUATERNION = frozenset(["qw", "qx", "qy", "qz"])

@@ -11,7 +11,7 @@ import numpy as np
 
 from mvreg.errors import InputError
 from mvreg.io.cloud import PointCloud
-from mvreg.io.cloud_stream import ROWS, Survey, replaced
+from mvreg.io.cloud_stream import ROWS, Survey, numbered, replaced
 from mvreg.types import Array
 from mvreg.types.attributes import COLOURS, Values
 
@@ -165,12 +165,7 @@ def _label(name: str, taken: Mapping[str, Values]) -> str:
     if name in NAMES:
         return NAMES[name]
     word = "".join(c if c.isascii() and (c.isalnum() or c in "_-.") else "_" for c in name)
-    label = stem = f"mvreg:{word if word[:1].isalpha() else f'_{word}'}"
-    number = 1
-    while label in taken:
-        number += 1
-        label = f"{stem}_{number}"
-    return label
+    return numbered(f"mvreg:{word if word[:1].isalpha() else f'_{word}'}", taken)
 
 
 def _write_points(image: Any, points: Any, columns: Mapping[str, Values], count: int) -> None:

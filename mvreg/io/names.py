@@ -6,13 +6,15 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from mvreg.types.attributes import COLOURS, Values
+from mvreg.types.attributes import COLOURS, NORMALS, Values
 
+#: What most writers call these, in small letters.
+USUAL = ("x", "y", "z", *NORMALS, *COLOURS, "alpha", "intensity")
 #: Triples of names, and those that they stand for: of MeshLab's and PCL's files, and of tables.
 TRIPLES: dict[tuple[str, str, str], tuple[str, str, str]] = {
-    ("diffuse_red", "diffuse_green", "diffuse_blue"): ("red", "green", "blue"),
-    ("r", "g", "b"): ("red", "green", "blue"),
-    ("normal_x", "normal_y", "normal_z"): ("nx", "ny", "nz"),
+    ("diffuse_red", "diffuse_green", "diffuse_blue"): COLOURS,
+    ("r", "g", "b"): COLOURS,
+    ("normal_x", "normal_y", "normal_z"): NORMALS,
 }
 
 

@@ -19,7 +19,7 @@ from mvreg.errors import InputError
 from mvreg.io.cloud import PointCloud, stacked
 from mvreg.io.names import with_usual_names
 from mvreg.io.pcd_header import Field, PcdHeader, read_header
-from mvreg.io.table import parse_lines
+from mvreg.io.table import as_declared, parse_lines
 from mvreg.kernels.lzf import decompress
 from mvreg.kernels.text import parse_rows
 from mvreg.types import Array
@@ -64,7 +64,7 @@ def _ascii(data: bytes, header: PcdHeader, path: Path) -> dict[str, Values]:
 
 
 def _typed(column: Array, field: Field) -> Values:
-    """A column as the type that the header has for it; coordinates, and what does not fit, as is.
+    """A column as the type that the header has for it; coordinates as doubles.
 
     Packed colours are written as integers or as the float that has their bits.
     """
@@ -72,11 +72,7 @@ def _typed(column: Array, field: Field) -> Values:
         whole = (column == np.rint(column)) & (np.abs(column) >= 1)
         packed = column.astype(np.float32).view(np.uint32)
         return np.where(whole, np.abs(column), packed).astype(np.uint32)
-    if field.code[0] == "F" or field.name in ("x", "y", "z"):
-        return column
-    limits = np.iinfo(field.numpy)
-    fits = (column == np.rint(column)) & (column >= limits.min) & (column <= limits.max)
-    return column.astype(field.numpy) if fits.all() else column
+    return column if field.name in ("x", "y", "z") else as_declared(column, np.dtype(field.numpy))
 
 
 def _binary(data: bytes, header: PcdHeader, path: Path) -> dict[str, Values]:

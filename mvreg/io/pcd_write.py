@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mvreg.io.cloud import PointCloud
-from mvreg.io.cloud_stream import ROWS, replaced
+from mvreg.io.cloud_stream import ROWS, numbered, replaced, rows_of
 from mvreg.types.attributes import COLOURS, Values
 
 #: PCL's names of what `PointCloud` calls differently.
@@ -77,15 +77,9 @@ def _kind(name: str, kind: np.dtype[Any]) -> np.dtype[Any]:
 def _labels(fields: Iterable[str]) -> dict[str, str]:
     """The names of the fields: one word each, none twice."""
     found: dict[str, str] = {}
-    taken = {"x", "y", "z"}
     for name in fields:
-        stem = label = re.sub(r"[^!-~]+", "_", NAMES.get(name, name)).strip("_") or "scalar"
-        number = 1
-        while label in taken:
-            number += 1
-            label = f"{stem}_{number}"
-        taken.add(label)
-        found[name] = label
+        word = re.sub(r"[^!-~]+", "_", NAMES.get(name, name)).strip("_") or "scalar"
+        found[name] = numbered(word, {"x", "y", "z", *found.values()})
     return found
 
 
@@ -96,18 +90,9 @@ def _rows(
     labels: Mapping[str, str],
     kinds: Mapping[str, np.dtype[Any]],
 ) -> Values:
-    points = cloud.points[piece]
-    table = np.zeros(len(points), dtype=record)
-    for axis, column in zip("xyz", points.T, strict=True):
-        table[axis] = column
-    for name, label in labels.items():
-        if name == "rgb" and name not in kinds:
-            if set(COLOURS) <= cloud.attributes.keys():
-                table[label] = _packed(cloud, piece, kinds["red"])
-        elif name in cloud.attributes:
-            table[label] = cloud.attributes[name][piece]
-        elif record[label].kind == "f":
-            table[label] = np.nan
+    table = rows_of(cloud, piece, record, labels)
+    if "rgb" in labels and "rgb" not in kinds and set(COLOURS) <= cloud.attributes.keys():
+        table[labels["rgb"]] = _packed(cloud, piece, kinds["red"])
     return table
 
 

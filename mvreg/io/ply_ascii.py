@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from mvreg.errors import InputError
-from mvreg.io.ply_header import Element, Header, Property, code_of
-from mvreg.io.table import excerpt, parse_lines
+from mvreg.io.ply_header import Element, Header, code_of
+from mvreg.io.table import as_declared, excerpt, parse_lines
 from mvreg.kernels.text import parse_rows
 from mvreg.types import Array
 from mvreg.types.attributes import Values
@@ -34,22 +34,12 @@ def read_ascii(data: bytes, header: Header, path: Path) -> dict[str, Values]:
     table = _clean(data, start, header)
     if table is None:
         table = _line_by_line(data[start:].decode("latin-1"), first, header, path)
-    return {p.name: typed(table[:, names.index(p.name)], p, path) for p in vertex.scalars}
-
-
-def typed(column: Array, declared: Property, path: Path) -> Values:
-    """A column in the type that the header declares, as far as its numbers have a place in it.
-
-    Colours are often written as fractions under ``uchar``, coordinates beyond a ``float``'s
-    digits: what does not fit stays a double.
-    """
-    kind = np.dtype(code_of(declared.type, path))
-    if kind.kind == "f" or declared.name in ("x", "y", "z"):
-        return column
-    limits = np.iinfo(kind)
-    whole = np.isfinite(column) & (column == np.rint(column))
-    fits = whole & (column >= limits.min) & (column <= limits.max)
-    return column.astype(kind) if fits.all() else column
+    kinds = {p.name: np.dtype(code_of(p.type, path)) for p in vertex.scalars}
+    columns = {name: table[:, names.index(name)] for name in kinds}
+    return {
+        name: column if name in ("x", "y", "z") else as_declared(column, kinds[name])
+        for name, column in columns.items()
+    }
 
 
 def _skip(data: bytes, header: Header, path: Path) -> tuple[int, int]:

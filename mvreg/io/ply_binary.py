@@ -14,7 +14,7 @@ from mvreg.io.ply_header import Element, Header, code_of
 from mvreg.types.attributes import Values
 
 #: NumPy's codes and those of `struct`.
-_STRUCT = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "i8": "q",
+STRUCT = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "i8": "q",
            "u8": "Q", "f4": "f", "f8": "d"}  # fmt: skip
 
 
@@ -89,7 +89,7 @@ class _Body:
     def walk(self, element: Element, offset: int) -> Iterator[tuple[dict[str, float], int]]:
         """Step through records of varying size: their scalars, and the byte after each."""
         steps = [
-            (p.name, struct.Struct(self.order + _STRUCT[code_of(p.count or p.type, self.path)]),
+            (p.name, struct.Struct(self.order + STRUCT[code_of(p.count or p.type, self.path)]),
              int(code_of(p.type, self.path)[1]) if p.count else 0)
             for p in element.properties
         ]  # fmt: skip

@@ -7,12 +7,11 @@ import struct
 import numpy as np
 
 from mvreg.io.faces import fan, fan_table
+from mvreg.io.ply_binary import STRUCT
 from mvreg.io.ply_header import TYPES, Element, Header
 from mvreg.types.attributes import Values
 
 _LISTS = ("vertex_indices", "vertex_index")
-_STRUCT = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "i8": "q",
-           "u8": "Q", "f4": "f", "f8": "d"}  # fmt: skip
 
 
 def read_triangles(data: bytes, header: Header) -> Values | None:
@@ -98,12 +97,12 @@ def _binary(data: bytes, start: int, face: Element, order: str) -> Values | None
                 start += int(code[1])
                 continue
             kind = TYPES[each.count]
-            (size,) = struct.unpack_from(order + _STRUCT[kind], data, start)
+            (size,) = struct.unpack_from(order + STRUCT[kind], data, start)
             start += int(kind[1])
             if not 0 <= size * int(code[1]) <= len(data) - start:
                 return None
             if each.name in _LISTS:
-                corners = struct.unpack_from(f"{order}{int(size)}{_STRUCT[code]}", data, start)
+                corners = struct.unpack_from(f"{order}{int(size)}{STRUCT[code]}", data, start)
                 polygons.append([int(corner) for corner in corners])
             start += int(size) * int(code[1])
     return fan(polygons)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mvreg.errors import InputError
+from mvreg.io.names import USUAL
 from mvreg.io.table import excerpt
 
 #: PLY's names of scalar types, old and new, and NumPy's.
@@ -16,7 +17,6 @@ TYPES = {
     "int32": "i4", "uint32": "u4", "int64": "i8", "uint64": "u8", "float32": "f4",
     "float64": "f8", "bool": "u1",
 }  # fmt: skip
-USUAL = {"x", "y", "z", "nx", "ny", "nz", "red", "green", "blue", "alpha", "intensity"}
 FORMATS = ("ascii", "binary_little_endian", "binary_big_endian")
 
 

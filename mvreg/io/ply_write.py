@@ -11,16 +11,12 @@ import numpy as np
 
 from mvreg.errors import InputError
 from mvreg.io.cloud import PointCloud
-from mvreg.io.cloud_stream import replaced
+from mvreg.io.cloud_stream import ROWS, numbered, replaced, rows_of
 from mvreg.types import Array
 
 #: PLY's names for NumPy's types; it has none for 64-bit integers and for booleans.
 KINDS = {"f8": "double", "f4": "float", "i4": "int", "u4": "uint", "i2": "short", "u2": "ushort",
          "i1": "char", "u1": "uchar"}  # fmt: skip
-#: The coordinates in a record; attributes may be called x, too.
-AXES = ("0", "1", "2")
-#: Rows written at a time.
-ROWS = 1 << 16
 
 
 def write_ply(path: str | Path, points: Array, normals: Array | None = None) -> None:
@@ -87,36 +83,22 @@ def write_ply_clouds(
         If the file cannot be written.
     """
     path = Path(path)
-    codes = {name: _code(kind) for name, kind in kinds.items()}
-    record = np.dtype(
-        [*((axis, "<f8") for axis in AXES), *((n, f"<{c}") for n, c in codes.items())]
-    )
-    words = property_names(codes)
+    words = property_names(kinds)
+    record = np.dtype([
+        *((axis, "<f8") for axis in "xyz"),
+        *((word, f"<{_code(kinds[name])}") for name, word in words.items()),
+    ])  # fmt: skip
     count = 0
     with replaced(path) as part, part.open("w+b") as stream:
-        stream.write(_header(record, words, 0))
+        stream.write(_header(record, 0))
         for cloud in clouds:
             for first in range(0, len(cloud.points), ROWS):
-                _rows(cloud, record, first).tofile(stream)
+                rows_of(cloud, slice(first, first + ROWS), record, words).tofile(stream)
             count += len(cloud.points)
         stream.flush()
         stream.seek(0)
-        stream.write(_header(record, words, count))
+        stream.write(_header(record, count))
     return count
-
-
-def _rows(cloud: PointCloud, record: np.dtype[Any], first: int) -> np.ndarray[Any, Any]:
-    piece = slice(first, first + ROWS)
-    points = cloud.points[piece]
-    table = np.zeros(len(points), dtype=record)
-    for axis, column in zip(AXES, points.T, strict=True):
-        table[axis] = column
-    for name in (record.names or ())[3:]:
-        if name in cloud.attributes:
-            table[name] = cloud.attributes[name][piece]
-        elif record[name].kind == "f":
-            table[name] = np.nan
-    return table
 
 
 def _code(kind: np.dtype[Any]) -> str:
@@ -131,26 +113,18 @@ def _checked(array: Array, what: str, path: Path) -> Array:
     return array
 
 
-def property_names(names: Iterable[str]) -> list[str]:
-    """The names of attributes as words of ASCII, none twice and none a coordinate's."""
-    found = ["x", "y", "z"]
+def property_names(names: Iterable[str]) -> dict[str, str]:
+    """Words of ASCII for the names of attributes, none twice and none a coordinate's."""
+    found: dict[str, str] = {}
     for name in names:
         word = re.sub(r"[^A-Za-z0-9_.:\[\]-]+", "_", name).strip("_") or "scalar"
-        number = 1
-        stem = word
-        while word in found:
-            number += 1
-            word = f"{stem}_{number}"
-        found.append(word)
-    return found[3:]
+        found[name] = numbered(word, {"x", "y", "z", *found.values()})
+    return found
 
 
-def _header(record: np.dtype[Any], words: list[str], count: int) -> bytes:
+def _header(record: np.dtype[Any], count: int) -> bytes:
     """The header, of one length whatever the count: a comment fills it up."""
-    kinds = [KINDS[record[name].str[1:]] for name in record.names or ()]
-    properties = [
-        f"property {kind} {word}" for kind, word in zip(kinds, ["x", "y", "z", *words], strict=True)
-    ]
+    properties = [f"property {KINDS[record[word].str[1:]]} {word}" for word in record.names or ()]
     room = " " * (15 - len(str(count)))
     lines = ["ply", "format binary_little_endian 1.0", f"comment written by mvreg{room}",
              f"element vertex {count}", *properties, "end_header", ""]  # fmt: skip

@@ -9,11 +9,13 @@ import re
 from array import array
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from mvreg.errors import InputError
 from mvreg.types import Array
+from mvreg.types.attributes import Values
 
 #: How C libraries, Microsoft's above all, print what is not a number: "-1.#IND", "nan(ind)".
 _ODD_NAN = re.compile(r"[+-]?(\d\.#\w+|nan(\(\w*\))?)", re.IGNORECASE)
@@ -58,6 +60,19 @@ def parse_lines(
         if rows == most:
             break
     return np.array(numbers, dtype=np.float64).reshape(-1, columns)
+
+
+def as_declared(column: Array, kind: np.dtype[Any]) -> Values:
+    """A column of text in the whole type that a header declares, if all its numbers fit there.
+
+    Colours are often written as fractions under a byte's type: what does not fit stays a double,
+    as does what is declared with fewer digits than are written.
+    """
+    if kind.kind == "f":
+        return column
+    limits = np.iinfo(kind)
+    fits = (column == np.rint(column)) & (column >= limits.min) & (column <= limits.max)
+    return column.astype(kind) if fits.all() else column
 
 
 def is_number(word: str) -> bool:

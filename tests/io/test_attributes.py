@@ -8,7 +8,7 @@ import pytest
 from mvreg._open3d import load_open3d
 from mvreg.errors import InputError
 from mvreg.io import PointCloud, read_cloud, write_ply_clouds
-from mvreg.io import ply_write as write_ply_module
+from mvreg.io.cloud_stream import ROWS
 from mvreg.kernels.lzf import decompress
 
 RNG = np.random.default_rng(5)
@@ -163,7 +163,7 @@ def test_lzf():
 
 
 def test_that_ply_written_piece_by_piece_is_read_back(tmp_path):
-    many = write_ply_module.ROWS + 7
+    many = ROWS + 7
     rng = np.random.default_rng(0)
     whole = PointCloud(
         rng.normal(size=(many, 3)) + 5e6,
