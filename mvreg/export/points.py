@@ -10,7 +10,6 @@ import numpy as np
 
 from mvreg.export.model import Model, without_index
 from mvreg.export.poses.text import stems
-from mvreg.export.rotations import quaternion
 from mvreg.io import PointCloud
 from mvreg.report.model import INDEX
 
@@ -39,7 +38,8 @@ def _las(path: Path, clouds: Iterable[PointCloud], kinds: Kinds, spacing: float)
 def _e57(path: Path, clouds: Iterable[PointCloud], kinds: Kinds, spacing: float) -> list[str]:
     from mvreg.io.e57_write import write_e57_scans
 
-    return write_e57_scans(path, clouds, {})
+    write_e57_scans(path, clouds)
+    return []
 
 
 #: Writers of one cloud, by suffix.
@@ -67,8 +67,8 @@ def write_e57_model(folder: Path, model: Model) -> list[str]:
     """``model.e57``: every scan by itself, in the frame of its file, with its pose."""
     from mvreg.io.e57_write import write_e57_scans
 
-    turns = {name: quaternion(pose[:3, :3]) for name, pose in model.component.poses.items()}
-    return write_e57_scans(folder / "model.e57", model.scans(), turns)
+    write_e57_scans(folder / "model.e57", model.scans())
+    return []
 
 
 def write_scans(folder: Path, model: Model) -> list[str]:

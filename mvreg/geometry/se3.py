@@ -15,6 +15,7 @@ __all__ = [
     "invert",
     "log",
     "project",
+    "quaternion",
     "random",
     "rotation_angle",
     "rotation_from_quaternion",
@@ -156,6 +157,19 @@ def rotation_vector(rotation: Array) -> Array:
     angle = 2 * np.arctan2(sine, quaternion[..., 3:])
     vector: Array = quaternion[..., :3] * np.where(sine > 0, angle / np.where(sine > 0, sine, 1), 2)
     return vector
+
+
+def quaternion(rotation: Array) -> Array:
+    """The quaternion (x, y, z, w) of a rotation (3, 3), of length 1, with w >= 0.
+
+    Exact near no turn and near half a turn, as `rotation_vector` is.
+    """
+    vector = rotation_vector(rotation)
+    angle = float(np.linalg.norm(vector))
+    # sin(a/2)/a has the limit 1/2; np.sinc(t) = sin(pi t) / (pi t).
+    found = np.append(vector * np.sinc(angle / (2 * np.pi)) / 2, np.cos(angle / 2))
+    unit: Array = found / np.linalg.norm(found)
+    return unit
 
 
 def _series(angle: Array) -> tuple[Array, Array, Array, Array]:

@@ -16,8 +16,6 @@ from pathlib import Path
 from shutil import copyfile
 from xml.parsers import expat
 
-import numpy as np
-
 from mvreg.errors import InputError
 from mvreg.geometry import se3
 from mvreg.types import Array
@@ -112,11 +110,7 @@ def _places(xml: bytes, path: Path) -> _Places:
 
 def pose_xml(pose: Array) -> bytes:
     """The element of a pose; the quaternion w, x, y, z comes before the translation."""
-    vector = se3.rotation_vector(pose[:3, :3])
-    angle = float(np.linalg.norm(vector))
-    # sin(a/2)/a has the limit 1/2; np.sinc(t) = sin(pi t) / (pi t).
-    x, y, z = vector * np.sinc(angle / (2 * np.pi)) / 2
-    w = np.cos(angle / 2)
+    x, y, z, w = se3.quaternion(pose[:3, :3])
 
     def numbers(names: str, values: Iterable[float]) -> str:
         return "".join(

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from mvreg.errors import InputError
+from mvreg.geometry import se3
 from mvreg.io.cloud import PointCloud
 from mvreg.io.cloud_stream import ROWS, Survey, numbered, replaced
-from mvreg.types import Array
 from mvreg.types.attributes import COLOURS, Values
 
 #: E57's names, from those of `PointCloud`; normals are an extension that libE57 describes.
@@ -43,11 +43,7 @@ def require_pye57() -> Any:
     return pye57
 
 
-def write_e57_scans(
-    path: str | Path,
-    scans: Iterable[PointCloud],
-    quaternions: Mapping[str, Array],
-) -> list[str]:
+def write_e57_scans(path: str | Path, scans: Iterable[PointCloud]) -> None:
     """Write scans into one file, one after the other; only one need be in memory at a time.
 
     Coordinates are doubles, bit for bit, in the frame of each scan; the pose ``T_world_scan`` is in
@@ -59,13 +55,6 @@ def write_e57_scans(
         Missing folders are made; an existing file is replaced.
     scans : iterable of PointCloud
         With a `T_world_scan`; without one the pose is left out. Their names are the scans'.
-    quaternions : mapping of str to (4,) array
-        The rotation of each scan's pose, (x, y, z, w), by its name.
-
-    Returns
-    -------
-    list of str
-        What could not be kept as it is, in words; nothing for now.
 
     Raises
     ------
@@ -80,13 +69,12 @@ def write_e57_scans(
             for prefix, uri in EXTENSIONS.items():
                 file.image_file.extensionsAdd(prefix, uri)
             for scan in scans:
-                _write_scan(file, scan, quaternions.get(scan.name))
+                _write_scan(file, scan)
         finally:
             file.close()
-    return []
 
 
-def _write_scan(file: Any, scan: PointCloud, quaternion: Array | None) -> None:
+def _write_scan(file: Any, scan: PointCloud) -> None:
     from pye57 import libe57
 
     image = file.image_file
@@ -108,7 +96,8 @@ def _write_scan(file: Any, scan: PointCloud, quaternion: Array | None) -> None:
         low, high = seen.limits["intensity"]
         _set_numbers(image, node, "intensityLimits",
                      {"intensityMinimum": low, "intensityMaximum": high})  # fmt: skip
-    if scan.T_world_scan is not None and quaternion is not None:
+    if scan.T_world_scan is not None:
+        quaternion = se3.quaternion(scan.T_world_scan[:3, :3])
         pose = libe57.StructureNode(image)
         node.set("pose", pose)
         # In this order: some readers go by it, not by the names.

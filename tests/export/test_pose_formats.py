@@ -10,7 +10,6 @@ from exported import component, placed
 import mvreg
 import mvreg.io
 from mvreg.export.formats import PoseFormat
-from mvreg.export.rotations import quaternion
 from mvreg.export.table import BY_NAME, FORMATS
 from mvreg.geometry import se3
 
@@ -46,7 +45,7 @@ def test_quaternions_are_those_of_scipy(rng):
 
     turns = [np.eye(3), np.diag([1.0, -1, -1]), se3.exp(np.array([0, 1e-9, 0, 0, 0, 0]))[:3, :3]]
     for turn in [*turns, *(se3.random(rng)[:3, :3] for _ in range(50))]:
-        found = quaternion(turn)
+        found = se3.quaternion(turn)
         wanted = Rotation.from_matrix(turn).as_quat()
         assert min(np.abs(found - wanted).max(), np.abs(found + wanted).max()) < 1e-15
         np.testing.assert_allclose(se3.rotation_from_quaternion(found), turn, atol=2e-15)

@@ -13,7 +13,6 @@ import numpy as np
 
 from mvreg.export.placements import Component, Placements
 from mvreg.export.poses.text import one_line, words
-from mvreg.export.rotations import quaternion
 from mvreg.geometry import se3
 from mvreg.report.run_folder import write_text
 
@@ -32,7 +31,7 @@ def write_colmap(folder: Path, component: Component, placements: Placements) -> 
     lines, blanks = [], False
     for name, pose in component.poses.items():
         inverse = se3.invert(pose)
-        x, y, z, w = quaternion(inverse[:3, :3])
+        x, y, z, w = se3.quaternion(inverse[:3, :3])
         word = re.sub(r"\s", "_", one_line(name))  # COLMAP reads names up to a blank
         blanks |= word != name
         image = placements.number(name) + 1

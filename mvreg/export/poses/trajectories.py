@@ -9,7 +9,6 @@ import numpy as np
 from mvreg.errors import InputError
 from mvreg.export.placements import Component, Placements
 from mvreg.export.poses.text import rows, words, write_names
-from mvreg.export.rotations import quaternion
 from mvreg.geometry import se3
 from mvreg.report.run_folder import write_text
 from mvreg.types import Array
@@ -18,7 +17,7 @@ from mvreg.types import Array
 def write_tum(folder: Path, component: Component, placements: Placements) -> list[str]:
     """``tum.txt``: ``timestamp tx ty tz qx qy qz qw``; for a time the scan's number in the set."""
     lines = [
-        f"{placements.number(name)} {words(pose[:3, 3])} {words(quaternion(pose[:3, :3]))}\n"
+        f"{placements.number(name)} {words(pose[:3, 3])} {words(se3.quaternion(pose[:3, :3]))}\n"
         for name, pose in component.poses.items()
     ]
     write_text(folder / "tum.txt", "".join(lines))
