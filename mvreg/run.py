@@ -156,10 +156,17 @@ def dataset(name: str, rng: int = 0, **parameters: object) -> ScanSet:
     InputError
         If there is no such data set or parameter, or the scans cannot be read.
     """
-    from mvreg.config.compose import compose, stage_from
+    from mvreg.config.compose import compose
 
     changes = {f"dataset.{key}": value for key, value in parameters.items()}
     config = compose([f"dataset={spelled(name)}", *overrides_from(changes)])
+    return load_scans(config, rng)
+
+
+def load_scans(config: DictConfig, rng: int) -> ScanSet:
+    """The scans that a composed configuration names, as `dataset` loads them."""
+    from mvreg.config.compose import stage_from
+
     load = checked("dataset", stage_from(config, "dataset"))
     found: ScanSet = load(np.random.default_rng(rng))
     return found

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from mvreg.errors import InputError
+from mvreg.geometry import se3
 from mvreg.types import Array, Result, ScanSet
 
 METHOD = "given"
@@ -87,7 +88,7 @@ def given(known: Mapping[str, Array], scanset: ScanSet, file: Path) -> Result:
             f"poses of {', '.join(list(known)[:5])}; scans and poses go together by file name"
         )
     reference = next(iter(poses))
-    inverse = np.linalg.inv(poses[reference])
+    inverse = se3.invert(poses[reference])
     moved = {name: inverse @ pose for name, pose in poses.items()} | {reference: np.eye(4)}
     lost = tuple(name for name in names if name not in poses)
     return Result(reference, moved, lost, ())
@@ -103,9 +104,8 @@ def write(
     """The files of a run, and what was said to get them, so that the page can be made again."""
     from omegaconf import OmegaConf
 
-    from mvreg.report.json_file import dumps
-    from mvreg.report.page.render import write_page
-    from mvreg.report.run_folder import link_latest, write_result, write_text
+    from mvreg.report.finished import show_run, write_run
+    from mvreg.report.run_folder import write_text
     from mvreg.report.table import render
 
     try:
@@ -116,8 +116,6 @@ def write(
             "with --out FOLDER"
         ) from None
     write_text(folder / ".hydra" / "overrides.yaml", OmegaConf.to_yaml(OmegaConf.create([*words])))
-    write_result(folder, scanset, result)
-    write_text(folder / "result.json", dumps(report))
-    write_page(folder, report, scanset, result.views)
-    link_latest(folder)
+    write_run(folder, scanset, result, report)
+    show_run(folder, scanset, report, result.views)
     render(report, folder)

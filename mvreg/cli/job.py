@@ -12,9 +12,8 @@ import numpy as np
 from mvreg.events import Event, RunFinished, RunStarted
 from mvreg.parallel import quick_turns
 from mvreg.plugins import manager
-from mvreg.run import method_from, run
-from mvreg.stage_calls import checked
-from mvreg.types import Result, ScanSet
+from mvreg.run import load_scans, method_from, run
+from mvreg.types import Result
 
 if TYPE_CHECKING:
     from omegaconf import DictConfig
@@ -29,7 +28,6 @@ def run_job(config: DictConfig, folder: Path) -> Result:
 
     from mvreg.cli.export import FOLDER, tell
     from mvreg.cli.parts import doubts_on_parts
-    from mvreg.config.compose import stage_from
     from mvreg.export.run import export
     from mvreg.export.table import formats_of
     from mvreg.observers.console import Console
@@ -44,8 +42,7 @@ def run_job(config: DictConfig, folder: Path) -> Result:
     method = method_from(config)
     formats = formats_of(config.export)
     start = time.perf_counter()
-    load = checked("dataset", stage_from(config, "dataset"))
-    scanset: ScanSet = load(np.random.default_rng(config.rng))
+    scanset = load_scans(config, config.rng)
     loading = time.perf_counter() - start
     recorder, console = Recorder(folder, page=config.report), Console()
     extra: list[RerunObserver] = [RerunObserver(folder / "run.rrd")] if config.rerun else []
@@ -70,7 +67,7 @@ def run_job(config: DictConfig, folder: Path) -> Result:
             )  # fmt: skip
             emit(RunFinished(scanset, result, report))
         if formats:
-            tell(export(load_report(folder), formats, folder / FOLDER, lambda: scanset, views))
+            tell(export(report, formats, folder / FOLDER, lambda: scanset, views))
         return result
     except KeyboardInterrupt:
         finished = recorder.finish_interrupted(config.rng, plain)

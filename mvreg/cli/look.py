@@ -43,9 +43,9 @@ def loaded(words: Sequence[str]) -> ScanSet:
     InputError
         If it names none, or they cannot be read.
     """
-    from mvreg.config.compose import compose, stage_from
+    from mvreg.config.compose import compose
     from mvreg.config.overrides import spelled
-    from mvreg.stage_calls import checked
+    from mvreg.run import load_scans
 
     folders = [word for word in words if "=" not in word or Path(word).expanduser().is_dir()]
     changes = [word for word in words if word not in folders]
@@ -57,9 +57,7 @@ def loaded(words: Sequence[str]) -> ScanSet:
     if folders:
         changes = ["dataset=folder", f"dataset.path={spelled(folders[0])}", *changes]
     config = compose(quoted_paths(changes))
-    load = checked("dataset", stage_from(config, "dataset"))
-    found: ScanSet = load(np.random.default_rng(config.rng))
-    return found
+    return load_scans(config, config.rng)
 
 
 def show(scanset: ScanSet, file: TextIO) -> None:
@@ -89,12 +87,12 @@ def table(scanset: ScanSet) -> Table:
     from rich.table import Table
 
     from mvreg.parallel import in_threads
+    from mvreg.report.formatting import unit_name
     from mvreg.report.input_rows import attributes_of, number_of_points
 
-    unit = "file units" if scanset.unit == "file" else scanset.unit
     shown = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
     shown.add_column("scan", overflow="fold")
-    for heading in ("points", f"extent ({unit})", "spacing"):
+    for heading in ("points", f"extent ({unit_name(scanset.unit)})", "spacing"):
         shown.add_column(heading, justify="right")
     shown.add_column("sensor")
     shown.add_column("attributes")

@@ -43,11 +43,8 @@ def config_of(folder: Path, said: dict[str, Any]) -> DictConfig:
 
 def prepared(config: DictConfig) -> tuple[ScanSet, list[View]]:
     """The scans of a configuration, and as its method prepares them."""
-    from mvreg.config.compose import stage_from
-    from mvreg.run import method_from
-    from mvreg.stage_calls import checked
+    from mvreg.run import load_scans, method_from
 
-    load = checked("dataset", stage_from(config, "dataset"))
-    scanset: ScanSet = load(np.random.default_rng(config.rng))
+    scanset = load_scans(config, config.rng)
     pipeline = method_from(config).pipeline.checked()
     return scanset, pipeline.prepare(scanset.scans, np.random.default_rng(config.rng))

@@ -7,8 +7,6 @@ from contextlib import chdir, contextmanager
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from mvreg.errors import InputError
 from mvreg.types import ScanSet
 
@@ -30,8 +28,8 @@ def load_again(run: Path, report: Mapping[str, Any], scans: Path | None = None) 
     InputError
         If the folder does not say which data set it was, or its scans cannot be found or read.
     """
-    from mvreg.config.compose import compose, stage_from
-    from mvreg.stage_calls import checked
+    from mvreg.config.compose import compose
+    from mvreg.run import load_scans
 
     choice, cwd = _hydra(run)
     config = compose([f"dataset={choice}"])
@@ -48,15 +46,13 @@ def load_again(run: Path, report: Mapping[str, Any], scans: Path | None = None) 
         if key in known:  # else of another version of mvreg
             config.dataset[key] = value
     with _at(cwd):
-        load = checked("dataset", stage_from(config, "dataset"))
         try:
-            found: ScanSet = load(np.random.default_rng(report.get("rng") or 0))
+            return load_scans(config, report.get("rng") or 0)
         except InputError as error:
             raise InputError(
                 f"{run}: the scans of this run cannot be read again: {error}\n"
                 "If they have moved, say where with --scans DIR; formats of poses need none"
             ) from error
-    return found
 
 
 def _hydra(run: Path) -> tuple[str, Path | None]:

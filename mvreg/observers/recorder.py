@@ -24,9 +24,8 @@ from mvreg.events import (
 )
 from mvreg.observers.pace import Pace
 from mvreg.plugins.hookspecs import hookimpl
-from mvreg.report import json_file
 from mvreg.report.build import build_report, pair_seconds
-from mvreg.report.run_folder import link_latest, write_result, write_text
+from mvreg.report.finished import show_run, write_run
 from mvreg.types import Array, Pair, Result, ScanSet, View
 
 COLUMNS = (
@@ -169,17 +168,9 @@ class Recorder:
 
     def _finish(self, scanset: ScanSet, result: Result, report: Mapping[str, object]) -> Path:
         self.close()
-        write_result(self.folder, scanset, result)
-        # Last, so that whoever sees it finds the rest complete.
-        file = self.folder / "result.json"
-        write_text(file, json_file.dumps(report))
+        file = write_run(self.folder, scanset, result, report)
         self._run = None  # an interruption from now on takes nothing away
-        if self.page:
-            from mvreg.report.page.render import write_page
-
-            write_page(self.folder, report, scanset, self._views)
-        if self.link:
-            link_latest(self.folder)
+        show_run(self.folder, scanset, report, self._views, self.page, self.link)
         return file
 
 

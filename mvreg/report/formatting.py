@@ -22,9 +22,13 @@ def length(value: float | None, report: Mapping[str, Any]) -> str:
 
 
 def unit(report: Mapping[str, Any]) -> str:
-    """The unit of length by name."""
-    name = report.get("unit") or "file"
-    return "file units" if name == "file" else str(name)
+    """The unit of length of a report by name."""
+    return unit_name(str(report.get("unit") or "file"))
+
+
+def unit_name(unit: str) -> str:
+    """A data set's unit of length by name."""
+    return "file units" if unit == "file" else unit
 
 
 def confidence(value: float | None) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mvreg.report.formatting import count
+from mvreg.report.formatting import count, unit_name
 from mvreg.types import Finding, Input, Scan, ScanSet
 
 Row = dict[str, object]
@@ -69,7 +69,7 @@ def what_was_read(scanset: ScanSet) -> str:
     parts.append(f"{sum(map(number_of_points, scans)):,} points")
     spans = [float(np.ptp(scan.points, axis=0).max()) for scan in scans]
     low, high = f"{min(spans, default=0):.3g}", f"{max(spans, default=0):.3g}"
-    unit = "file units" if scanset.unit == "file" else scanset.unit
+    unit = unit_name(scanset.unit)
     parts.append(f"{low} to {high} {unit} across" if low != high else f"{low} {unit} across")
     names = dict.fromkeys(name for scan in scans for name in attributes_of(scan))
     if names:

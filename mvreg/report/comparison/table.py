@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from mvreg.report.comparison.runs import Told
+from mvreg.report.formatting import unit_name
 
 
 @dataclass(frozen=True)
@@ -70,8 +71,7 @@ def tabled(runs: Sequence[Told]) -> Table:
         Row(named, tuple(groups[named]), _marked(named, cells)) for named in _by_dataset(groups)
     ]
     units = {run.unit for run in runs}
-    unit = units.pop() if len(units) == 1 else "unit of the scans"
-    unit = "file units" if unit == "file" else unit
+    unit = unit_name(units.pop()) if len(units) == 1 else "unit of the scans"
     return Table(("data set", "method", *differ), tuple(rows), unit)
 
 
