@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mvreg.evaluation.residuals import point_residuals
-from mvreg.evaluation.survey import LEVELS, MILLIMETRES, level_of_accuracy
+from mvreg.evaluation.survey import level_of_accuracy
 from mvreg.geometry import se3
 from mvreg.report import formatting
 from mvreg.report.page import words
@@ -78,8 +78,8 @@ def page_data(
     shown = shown_points(scanset.scans, views, residuals)
     colours = {scan.name: colour(k) for k, scan in enumerate(scanset.scans)}
     middles = {
-        one.name: se3.apply(poses[one.name], one.points.mean(axis=0)[None])[0]
-        for poses in models[:1] for one in shown if one.name in poses
+        one.name: se3.apply(models[0][one.name], one.points.mean(axis=0)[None])[0]
+        for one in shown if one.name in models[0]
     }  # fmt: skip
     rows = sorted((dict(row) for row in report.get("scans") or []), key=words.importance)
     links = [dict(link) for link in report.get("links") or []]
@@ -112,13 +112,13 @@ def page_data(
         lost=lost,
         sections=[
             _drawn(one, colours, report)
-            for one in (sections(models[0], views, residuals, shown) if models else [])
+            for one in sections(models[0], views, residuals, shown)
         ],
         histogram=_histogram(residuals, report),
         overrides=list(overrides),
         points={
             "worst": WORST * resolution,
-            "upright": flat(_upright(scanset, report)),
+            "upright": flat(_upright(scanset, report, models[0])),
             "scans": {
                 one.name: packed(one, resolution) | {"colour": colours[one.name]} for one in shown
             },
@@ -243,13 +243,12 @@ def flat(pose: Array) -> list[float]:
     return [float(value) for value in pose.reshape(-1)]
 
 
-def _upright(scanset: ScanSet, report: Mapping[str, Any]) -> Array:
+def _upright(scanset: ScanSet, report: Mapping[str, Any], poses: Mapping[str, Array]) -> Array:
     """The rotation (4, 4) that turns the model's vertical to +z, and -y towards the viewer.
 
     The vertical is that of a levelled scan; where there is none, the viewer is where the sensor of
     the reference was, and +y, as cameras have it, is up.
     """
-    poses = _models(report)[0]
     scans = [scan for scan in scanset.scans if scan.name in poses]
     up, front = np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0])
     levelled = next((scan for scan in scans if scan.up is not None), None)
@@ -307,6 +306,3 @@ def _paths(points: Mapping[str, Array], half: float, colours: Mapping[str, str])
             "path": "".join(f"M{x} {y}h0" for x, y in places.tolist()),
         })  # fmt: skip
     return found
-
-
-__all__ = ["LEVELS", "MILLIMETRES", "PageData", "page_data"]
