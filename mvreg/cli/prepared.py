@@ -17,10 +17,8 @@ if TYPE_CHECKING:
 
 def config_of(folder: Path, said: dict[str, Any]) -> DictConfig:
     """The configuration of a finished run, ready to make its stages of it."""
-    from omegaconf import OmegaConf
-    from omegaconf.errors import OmegaConfBaseException
-
     from mvreg.config.compose import compose
+    from mvreg.config.finished import put_back
     from mvreg.report.page.render import overrides_of
 
     if not (folder / ".hydra" / "overrides.yaml").is_file():
@@ -29,15 +27,7 @@ def config_of(folder: Path, said: dict[str, Any]) -> DictConfig:
             "command line have it"
         )
     config = compose([word for word in overrides_of(folder) if not word.startswith("hydra.")])
-    try:
-        for key, value in (said.get("config") or {}).items():
-            # Defaults may have changed since: what counts is what the run used.
-            OmegaConf.update(config, str(key), value, merge=True)
-    except OmegaConfBaseException as error:
-        raise InputError(
-            f"{folder}: its configuration is not one of this version of mvreg "
-            f"({str(error).splitlines()[0]}); run mvreg again"
-        ) from None
+    put_back(config, said.get("config") or {}, folder)
     return config
 
 

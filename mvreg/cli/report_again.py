@@ -57,13 +57,15 @@ def page_again(folder: Path) -> Path:
         If the run, its configuration or its scans are not there, or the scans are others.
     """
     from mvreg.cli.prepared import config_of, prepared
+    from mvreg.config.finished import where_it_ran
     from mvreg.report.json_file import load_report
     from mvreg.report.page.render import write_page
 
     said = load_report(folder)
     folder = folder if folder.is_dir() else folder.parent
     config = config_of(folder, said)
-    scanset, views = prepared(config)
+    with where_it_ran(folder):
+        scanset, views = prepared(config)
     wanted, found = ({str(row["name"]) for row in said["scans"]}, {s.name for s in scanset.scans})
     if wanted != found:
         odd = ", ".join(sorted(wanted ^ found)[:5])

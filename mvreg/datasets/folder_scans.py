@@ -145,18 +145,20 @@ def _names(file: str, own: Sequence[str]) -> list[str]:
 
 
 def _scan(name: str, cloud: PointCloud, index: int, path: Path, reader: Reader) -> ReadScan:
+    lasting = path.absolute()  # read again, perhaps from another working directory
+
     def again() -> PointCloud:
-        with closing(iterate_clouds(path, reader.options, reader.formats)) as clouds:
-            return without_zeros(next(islice(clouds, index, None)), path)[0]
+        with closing(iterate_clouds(lasting, reader.options, reader.formats)) as clouds:
+            return without_zeros(next(islice(clouds, index, None)), lasting)[0]
 
     cloud, dropped = without_zeros(cloud, path)
-    kept, full = held(cloud, path, again, reader.most)
+    kept, full = held(cloud, lasting, again, reader.most)
     scan = Scan(
         name, kept.points, view_point=cloud.view_point,
         up=np.array([0.0, 0.0, 1.0]) if cloud.levelled else None,
         attributes=kept.attributes, full=full,
     )  # fmt: skip
-    return ReadScan(scan, dropped, cloud.remarks, cloud.T_world_scan, (path, index))
+    return ReadScan(scan, dropped, cloud.remarks, cloud.T_world_scan, (lasting, index))
 
 
 def remarks_of(scans: Sequence[ReadScan]) -> tuple[str, ...]:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from contextlib import chdir, contextmanager
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -29,9 +28,10 @@ def load_again(run: Path, report: Mapping[str, Any], scans: Path | None = None) 
         If the folder does not say which data set it was, or its scans cannot be found or read.
     """
     from mvreg.config.compose import compose
+    from mvreg.config.finished import put_back, where_it_ran
     from mvreg.run import load_scans
 
-    choice, cwd = _hydra(run)
+    choice = _choice(run)
     config = compose([f"dataset={choice}"])
     parameters = dict((report.get("config") or {}).get("dataset") or {})
     if scans is not None:
@@ -42,10 +42,9 @@ def load_again(run: Path, report: Mapping[str, Any], scans: Path | None = None) 
             )
         parameters["path"] = str(scans.expanduser().absolute())
     known = {str(key) for key in config.dataset}
-    for key, value in parameters.items():
-        if key in known:  # else of another version of mvreg
-            config.dataset[key] = value
-    with _at(cwd):
+    # Those of another version of mvreg are not ours to set.
+    put_back(config, {"dataset": {k: v for k, v in parameters.items() if k in known}}, run)
+    with where_it_ran(run):
         try:
             return load_scans(config, report.get("rng") or 0)
         except InputError as error:
@@ -55,29 +54,17 @@ def load_again(run: Path, report: Mapping[str, Any], scans: Path | None = None) 
             ) from error
 
 
-def _hydra(run: Path) -> tuple[str, Path | None]:
-    """The name of the data set, and the folder that the run was started in."""
+def _choice(run: Path) -> str:
+    """The name of the data set."""
     from omegaconf import OmegaConf
 
     file = run / ".hydra" / "hydra.yaml"
     try:
         kept: Any = OmegaConf.load(file)
-        choice = str(kept.hydra.runtime.choices.dataset)
-        cwd = Path(str(kept.hydra.runtime.cwd))
+        return str(kept.hydra.runtime.choices.dataset)
     except Exception as error:  # missing, cut short, or of something else
         raise InputError(
             f"{file}: expected what the command line leaves of a run's configuration, which says "
             f"where its scans are: {' '.join(str(error).split()) or type(error).__name__}; "
             "formats of poses need none"
         ) from None
-    return choice, cwd if cwd.is_dir() else None
-
-
-@contextmanager
-def _at(folder: Path | None) -> Iterator[None]:
-    """Be in a folder: the names of files in a configuration may be relative to it."""
-    if folder is None:
-        yield
-        return
-    with chdir(folder):
-        yield

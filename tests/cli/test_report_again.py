@@ -9,6 +9,8 @@ import pytest
 
 import mvreg
 from mvreg.cli import main as cli
+from mvreg.config.compose import compose
+from mvreg.config.finished import put_back
 from mvreg.report.json_file import load_report
 
 
@@ -42,6 +44,33 @@ def test_the_page_of_a_run_is_made_again(run, capsys):
     assert cli.main(["report", str(run)]) == 0
     assert capsys.readouterr().out == f"{page}\n"
     assert page.read_text(encoding="utf-8") == before
+
+
+def test_a_run_is_made_again_from_another_folder(scans, tmp_path, monkeypatch, capsys):
+    """Its configuration names files from where it ran, and an infinity, which JSON has not."""
+    monkeypatch.chdir(scans[0].parent)
+    words = ["propagate=consensus", "dataset=folder", "dataset.path=scans", "rerun=false"]
+    assert cli.main([*words, "dataset.most_points=4000", "hydra.run.dir=run"]) == 0
+    page, said = tmp_path / "run" / "report.html", load_report(tmp_path / "run")
+    assert said["config"]["propagate"]["slide"] is None
+    before = page.read_text(encoding="utf-8")
+    page.unlink()
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    assert cli.main(["report", "../run"]) == 0
+    assert page.read_text(encoding="utf-8") == before
+    assert cli.main(["export", "../run", "ply"]) == 0
+    assert (tmp_path / "run" / "export").is_dir()
+    assert not list((tmp_path / "elsewhere").iterdir())
+
+
+def test_what_was_set_in_place_of_an_infinity_is_put_back(tmp_path):
+    config = compose(["+method=fcpma", "propagate.slide=3.0"])
+    put_back(config, {"propagate": {"slide": None, "samples": 7}}, tmp_path)
+    assert (config.propagate.slide, config.propagate.samples) == (3.0, 7)
+    levels = [{"judge.min_overlap": None, "propagate.keep": 2}, *config.strategy.levels[1:]]
+    put_back(config, {"strategy": {"levels": levels}}, tmp_path)
+    assert config.strategy.levels[0] == {"judge.min_overlap": 0.6, "propagate.keep": 2}
 
 
 def test_a_run_without_its_configuration_or_scans_says_so(run, tmp_path, capsys):
