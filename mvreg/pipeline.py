@@ -200,6 +200,13 @@ class Pipeline:
         self.emit(events.PairRegistered(source, target, seeds, candidates, registration, pair))
         return registration, pair
 
+    def perform(self, tasks: Sequence[contracts.Task], views: Sequence[View]) -> Iterator[Any]:
+        """Work on tasks side by side: their answers, in their order, each as soon as it is there.
+
+        See `mvreg.contracts.Pipeline.perform`.
+        """
+        return one_by_one(lambda task: task([views[k] for k in task.members], self), tasks)
+
     def begin(self, reference: View) -> Model:
         """Begin a model with a view, whose frame is the model's."""
         model = Model.of(reference)

@@ -40,7 +40,7 @@ from mvreg.contracts.kinds import (
     Seed,
 )
 from mvreg.contracts.outer import Adjust, Strategy
-from mvreg.contracts.pipeline import Pipeline
+from mvreg.contracts.pipeline import Pipeline, Task
 
 __all__ = [
     "KINDS",
@@ -57,6 +57,7 @@ __all__ = [
     "ScreeningJudge",
     "Seed",
     "Strategy",
+    "Task",
 ]
 
 KINDS: dict[str, type] = {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -18,6 +18,20 @@ from mvreg.contracts.kinds import (
 )
 from mvreg.events import Emit
 from mvreg.types import Array, Model, Pair, Registration, Result, Scan, Verdict, View, ViewGraph
+
+
+class Task(Protocol):
+    """A piece of work that nothing else depends on, and that depends on nothing else.
+
+    A frozen dataclass: its answer follows from its fields, the views and the stages alone.
+    """
+
+    @property
+    def members(self) -> tuple[int, ...]:
+        """The views that it needs, by their positions."""
+
+    def __call__(self, views: Sequence[View], pipeline: Pipeline) -> Any:
+        """Work it out; `views` are the members, in their order."""
 
 
 class Pipeline(Protocol):
@@ -92,6 +106,13 @@ class Pipeline(Protocol):
 
         The registration is None if there was no candidate; the verdict is in the pair. `checks`
         have the last word, in turn.
+        """
+
+    def perform(self, tasks: Sequence[Task], views: Sequence[View]) -> Iterator[Any]:
+        """Work on tasks side by side: their answers, in their order, each as soon as it is there.
+
+        A task names the views that it needs by their positions among `views`. The answers are the
+        same however many work on them, and where.
         """
 
     def begin(self, reference: View) -> Model:

@@ -131,6 +131,10 @@ class ViewGraph:
             tuple(e for e in self.edges if e.source not in nodes and e.target not in nodes)
         )
 
+    def among(self, nodes: Collection[Node]) -> ViewGraph:
+        """The graph of some nodes, with the edges between them."""
+        return ViewGraph(tuple(e for e in self.edges if e.source in nodes and e.target in nodes))
+
     @lazy
     def motions(self) -> dict[Node, dict[Node, Array]]:
         """``T_here_there`` by here, then there; of several edges the first."""

@@ -7,14 +7,13 @@ import numpy as np
 import pytest
 
 from mvreg import events
-from mvreg import run as library
 from mvreg.errors import InputError
 from mvreg.evidence import pooling
 from mvreg.evidence.pooled import pool_evidence
 from mvreg.geometry import se3
 from mvreg.stages.describe.spectrum import NoDescribe
 from mvreg.stages.judge.evidence import EvidenceJudge
-from mvreg.stages.strategy.best_first.growth import Growth
+from mvreg.stages.strategy.best_first.attempt import consistent_join
 from mvreg.stages.strategy.best_first.overlap_score import overlap_scores
 from mvreg.stages.strategy.best_first.partial_models import PartialModels
 from mvreg.stages.strategy.best_first.search import Search
@@ -192,13 +191,6 @@ def test_a_subsample_is_enough_for_a_view_in_its_place(monkeypatch):
     assert error_probability(EvidenceJudge(), wrong) == 1 - pool_evidence(wrong).probability > 0.5
 
 
-def growth(models: PartialModels) -> Growth:
-    """Partial models about to grow as in the default method."""
-    scores = np.ones((len(models.views), len(models.views)))
-    pipeline = library.load_method("auto").pipeline
-    return Growth(Search(scores, models, 3, 10), pipeline, scores, np.random.default_rng(0), 0.5)
-
-
 def test_a_join_is_refused_that_the_other_scans_object_to():
     views, truth = two_objects()
     first = [k for k, view in enumerate(views) if view.name.startswith("0")]
@@ -212,10 +204,12 @@ def test_a_join_is_refused_that_the_other_scans_object_to():
     found = JUDGED.refine(models.views[2], models.views[0], true(0, 2))
     verdict = Verdict(True, 0.0, 1.0, "fine")
     models.join(3, 2, true(2, 3))
-    joined = growth(models).consistent_join(2, 0, found, verdict)
+    pose = found.T_target_source
+    joined = consistent_join(models, JUDGED, 2, 0, pose, verdict, 0.5)
     assert not joined.reliable
     assert "contradict" in joined.reason
-    assert growth(PartialModels(models.views)).consistent_join(2, 0, found, verdict) is verdict
+    alone = PartialModels(models.views)
+    assert consistent_join(alone, JUDGED, 2, 0, pose, verdict, 0.5) is verdict
 
 
 def test_a_copy_of_partial_models_changes_alone():
@@ -236,13 +230,14 @@ def test_the_most_promising_is_tried_first_then_alone_then_more_of_them():
     scores = np.array([[0, 0.1, 0.2, 0.15], [0.1, 0, 0.5, 0.4], [0.2, 0.5, 0, 0.4],
                          [0.15, 0.4, 0.4, 0]])  # fmt: skip
     search = Search(scores, models, parts=2, max_failures=4)
-    assert search.next() == (2, [1])
+    assert search.batch() == [(2, [1]), (3, [1])]
     models.join(2, 1, np.eye(4))
     models.join(3, 1, np.eye(4))
     tried = []
-    while (found := search.next()) is not None:
-        tried.append(found)
-        search.failed(*found)
+    while batch := search.batch():
+        tried += batch
+        for found in batch:
+            search.failed(*found)
     assert [source for source, _ in tried] == [0] * 4, "max_failures is respected"
     assert tried[0][1] == [2, 3]
     assert [len(targets) for _, targets in tried] == [2, 1, 3, 1]
@@ -254,12 +249,13 @@ def test_the_search_ends_after_many_failures_in_a_row():
     models = PartialModels(blob_views(4))
     search = Search(np.ones((4, 4)) - np.eye(4), models, parts=1, max_failures=100)
     search.in_a_row = 11
-    found = search.next()
+    found = search.batch()
+    assert found
     search.joined()
-    assert search.next() == found
+    assert search.batch() == found
     search.in_a_row = 11
-    search.failed(*found)
-    assert search.next() is None
+    search.failed(*found[0])
+    assert search.batch() == []
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from mvreg.stages.strategy.best_first.agreement import (
     against,
 )
 from mvreg.stages.strategy.best_first.closing import closing_pair
-from mvreg.stages.strategy.best_first.hypotheses import LEAST_PROBABILITY, Hypotheses
+from mvreg.stages.strategy.best_first.hypotheses import LEAST_PROBABILITY, Hypotheses, distinct
 from mvreg.stages.strategy.best_first.partial_models import PartialModels
 from mvreg.testing import blob_scans, blob_views
 
@@ -116,9 +116,8 @@ def test_a_symmetric_object_has_two_answers_and_each_is_against_the_other():
 
 
 def test_poses_that_are_nearly_the_same_count_once():
-    found = Hypotheses(PartialModels(VIEWS))
     near = true(0, 1, (0.001, 0, 0, 0, 0, 0))
-    assert found.distinct(0, [true(0, 1), near, true(0, 1, HALF_TURN)]) == [0, 2]
+    assert distinct(VIEWS[0], [true(0, 1), near, true(0, 1, HALF_TURN)]) == [0, 2]
 
 
 def test_the_pair_that_closes_a_loop_is_named():

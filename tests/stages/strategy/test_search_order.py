@@ -11,7 +11,7 @@ from mvreg.testing import blob_views
 
 
 def from_scratch(search):
-    """What `Search.next` says, from the overlap scores alone."""
+    """The first of what `Search.batch` says, from the overlap scores alone."""
     models, found = search.models, []
     sizes = {int(g): len(models.members(int(g))) for g in models.group}
     for members in models.groups():
@@ -41,7 +41,8 @@ def test_the_next_attempt_is_the_one_that_scores_most(seed):
     scores = np.triu(scores, 1) + np.triu(scores, 1).T
     search = Search(scores, models, parts=3, max_failures=6)
     attempts = joins = 0
-    while (found := search.next()) is not None:
+    while batch := search.batch():
+        found = batch[0]
         assert found == from_scratch(search)
         attempts += 1
         if rng.random() < 0.3:

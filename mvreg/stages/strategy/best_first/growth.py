@@ -1,4 +1,4 @@
-"""Partial models grow: attempts, joins by a verdict, and joins by pairs that agree."""
+"""Partial models grow: rounds of attempts, joins by a verdict, and joins by pairs that agree."""
 
 from __future__ import annotations
 
@@ -7,18 +7,17 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from mvreg.contracts import Pipeline
+from mvreg.contracts import JointJudge, Pipeline
 from mvreg.evidence.calibration import LOOP
 from mvreg.stages.strategy.best_first.agreement import Agreement
+from mvreg.stages.strategy.best_first.attempt import Attempt, Outcome, consistent_join
 from mvreg.stages.strategy.best_first.closing import closing_pair
 from mvreg.stages.strategy.best_first.hypotheses import Hypotheses
-from mvreg.stages.strategy.best_first.joint_verdict import Check, checked_for_symmetry, together
-from mvreg.stages.strategy.best_first.loop_closure import LoopClosure
+from mvreg.stages.strategy.best_first.loop_closure import second_pair
 from mvreg.stages.strategy.best_first.outcome import outcome
 from mvreg.stages.strategy.best_first.search import Search
-from mvreg.stages.strategy.best_first.second_look import looked_at_again
 from mvreg.stages.strategy.best_first.settlement import Settlement
-from mvreg.types import Array, Edge, Pair, Registration, Verdict, View, ViewGraph
+from mvreg.types import Array, Edge, Pair, ViewGraph
 
 
 @dataclass
@@ -32,6 +31,7 @@ class Growth:
     scores : (N, N) array
         Overlap scores before any attempt.
     rng : numpy.random.Generator
+        Its own state stays as it is.
     min_probability : float
         See `BestFirst`.
     """
@@ -46,101 +46,89 @@ class Growth:
 
     def __post_init__(self) -> None:
         self.models = self.search.models
-        self.loops = LoopClosure(self.search, self.pipeline, self.pairs, self.rng)
         self.hypotheses = Hypotheses(self.models)
         self.settlement = Settlement(self.hypotheses, self.pipeline.judge)
+        seeds = self.rng.bit_generator.seed_seq
+        entropy = seeds.entropy  # type: ignore[attr-defined]
+        self.entropy = tuple(entropy) if isinstance(entropy, Sequence) else (int(entropy),)
+        self.spawn_key: tuple[int, ...] = tuple(seeds.spawn_key)  # type: ignore[attr-defined]
 
     def grow(self) -> None:
-        """Join partial models as long as there is something to try."""
-        while (found := self.search.next()) is not None:
-            if self.attempt(*found):
-                self.search.joined()
-                self.told()
+        """Join partial models as long as there is something to try, a round at a time."""
+        while batch := self.search.batch():
+            attempts = [self.attempt(*one) for one in batch]
+            outcomes = self.pipeline.perform(attempts, self.models.views)
+            for attempt, found in zip(attempts, outcomes, strict=True):
+                self.learn(attempt, found)
             for agreement, certainty in self.settlement.joined():
                 self.record(agreement, certainty)
                 self.search.joined()
                 self.told()
 
-    def attempt(self, source: int, targets: Sequence[int]) -> bool:
-        """Register a view to views of another partial model, and join them if that is reliable."""
+    def attempt(self, source: int, targets: Sequence[int]) -> Attempt:
+        """All that an attempt to join two partial models needs, as they are now."""
         models = self.models
-        target, view = models.target(targets, self.pipeline), models.views[source]
-        checks = (
-            checked_for_symmetry(self.pipeline, view, target, self.graph),
-            lambda registration, verdict: self.consistent_join(
-                source, targets[0], registration, verdict
-            ),
-            self.loops.check(source, targets, self.graph),
-        )
-        registration, pair = self.pipeline.register(
-            view, target, self.graph, self.rng.spawn(1)[0], checks
-        )
-        self.pairs.append(replace(pair, target=models.views[targets[0]].name))
-        if registration is not None and not pair.verdict.reliable:
-            registration = self.reconsider(source, targets[0], registration, view, target, checks)
-        if registration is None:
-            self.search.failed(source, targets)
-            return False
-        models.join(source, targets[0], registration.T_target_source)
-        self.graph = self.graph.with_edge(Edge.of(registration, view, target))
-        return True
+        moving, staying = (models.members(int(models.group[k])) for k in (source, targets[0]))
+        members = (*moving.tolist(), *staying.tolist())
+        place = {k: index for index, k in enumerate(members)}
+        second = second_pair(models, self.search.scores, source, targets)
+        return Attempt(
+            members, len(moving), np.array([models.poses[k] for k in members]), place[source],
+            tuple(place[k] for k in targets), second and (place[second[0]], place[second[1]]),
+            self.known(members),
+            self.entropy, self.spawn_key, self.min_probability,
+        )  # fmt: skip
 
-    def reconsider(
-        self,
-        source: int,
-        target: int,
-        registration: Registration,
-        moving: View,
-        staying: View,
-        checks: Sequence[Check],
-    ) -> Registration | None:
-        """Look at all poses of the last attempt: a reliable one, or None and hypotheses to keep."""
-        attempt = len(self.pairs) - 1
-        found, likely = looked_at_again(
-            self.pipeline, registration, moving, staying, source, self.hypotheses
-        )
-        best = int(np.argmax(likely))
-        if best > 0:
-            others = [one.T_target_source for k, one in enumerate(found) if k != best]
-            chosen = replace(found[best], alternatives=np.array(others))
-            verdict = self.pipeline.judge(chosen, moving, staying, self.graph)
-            for check in checks:
-                verdict = check(chosen, verdict)
-            self.pairs[attempt] = replace(
-                self.pairs[attempt], verdict=verdict, T_target_source=chosen.T_target_source,
-                overlap=chosen.overlap, trimmed_mse=chosen.trimmed_mse,
+    def known(self, members: Sequence[int]) -> ViewGraph:
+        """What a judge is told of accepted pairs: of these views, if it asks for loops alone."""
+        if not isinstance(self.pipeline.judge, JointJudge):
+            return self.graph  # Eq. (7) is over all that was accepted
+        return self.graph.among({self.models.views[k].name for k in members})
+
+    def learn(self, attempt: Attempt, found: Outcome) -> None:
+        """Join what an attempt has joined, or keep what it has found."""
+        for event in found.events:
+            self.pipeline.emit(event)
+        source, targets = attempt.members[attempt.source], [
+            attempt.members[k] for k in attempt.targets
+        ]  # fmt: skip
+        own = len(self.pairs) + found.own
+        self.pairs += found.pairs
+        if found.joint is not None and self.join(attempt, source, targets[0], found.joint, own):
+            self.search.joined()
+            self.told()
+            return
+        if found.joint is None:
+            kept = self.hypotheses.add(
+                source, targets[0], list(found.poses), found.probabilities.tolist(), own
+            )
+            if kept:
+                best = max(kept, key=lambda one: one.probability)
+                closing = closing_pair(self.hypotheses, best, self.search.registered)
+                if closing is not None:
+                    self.search.suggest(*closing)
+        self.search.failed(source, targets)
+
+    def join(self, attempt: Attempt, source: int, target: int, joint: Edge, own: int) -> bool:
+        """Join two partial models, unless what has joined them meanwhile contradicts it."""
+        models = self.models
+        now = {k for end in (source, target) for k in models.members(int(models.group[end]))}
+        if now != set(attempt.members):
+            pair = self.pairs[own]
+            verdict = consistent_join(
+                models, self.pipeline, source, target, joint.T_target_source, pair.verdict,
+                self.min_probability,
             )  # fmt: skip
-            if verdict.reliable:
-                return chosen
-        poses = [one.T_target_source for one in found]
-        kept = self.hypotheses.add(source, target, poses, likely, attempt)
-        if kept:
-            best_kept = max(kept, key=lambda one: one.probability)
-            closing = closing_pair(self.hypotheses, best_kept, self.search.registered)
-            if closing is not None:
-                self.search.suggest(*closing)
-        return None
+            self.pairs[own] = replace(pair, verdict=verdict)
+            if not verdict.reliable:
+                return False
+        models.join(source, target, joint.T_target_source)
+        self.graph = self.graph.with_edge(joint)
+        return True
 
     def told(self) -> None:
         """Tell observers where the views are now."""
         self.pipeline.revise(outcome(self.models, self.scores, self.pairs))
-
-    def consistent_join(
-        self, source: int, target: int, registration: Registration, verdict: Verdict
-    ) -> Verdict:
-        """The verdict, unless the views that move along with the source speak against it."""
-        models = self.models
-        moving = models.members(int(models.group[source]))
-        if not verdict.reliable or len(moving) == 1:
-            return verdict
-        staying = models.members(int(models.group[target]))
-        trial = models.copy()
-        trial.join(source, target, registration.T_target_source)
-        found = together(self.pipeline.judge, trial.view_pairs(moving.tolist(), staying.tolist()))
-        if found.plausibility >= self.min_probability:
-            return verdict
-        reason = f"the other scans of the partial models contradict it: {found.reason}"
-        return replace(verdict, reliable=False, reason=reason)
 
     def record(self, agreement: Agreement, certainty: float) -> None:
         """Keep that pairs were right after all, since others agree with them."""

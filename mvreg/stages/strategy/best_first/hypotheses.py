@@ -17,7 +17,7 @@ from mvreg.stages.strategy.best_first.agreement import (
 )
 from mvreg.stages.strategy.best_first.partial_models import PartialModels
 from mvreg.surface.displacement import rms_apart
-from mvreg.types import Array
+from mvreg.types import Array, View
 
 #: Less probable hypotheses are not kept. At 0.1 loops of right pairs only close on the campus, the
 #: desk and the Stanford sets, see ``experiments/accuracy/loops.py``.
@@ -33,6 +33,21 @@ TOLERANCE = 4.0
 COMPARED = 64
 
 
+def compared(view: View) -> Array:
+    """The points (C, 3) of a view that its poses are compared by."""
+    return view.points[:: -(-len(view.points) // COMPARED) or 1]
+
+
+def distinct(view: View, poses: Sequence[Array]) -> list[int]:
+    """Positions of the poses (4, 4) of a view that differ, the first of each."""
+    samples, apart = compared(view), TOLERANCE * view.scale.resolution
+    kept: list[int] = []
+    for k, pose in enumerate(poses):
+        if all(rms_apart(samples, pose, poses[other]) > apart for other in kept):
+            kept.append(k)
+    return kept
+
+
 class Hypotheses:
     """All that is known of pairs of views that are not in one group yet.
 
@@ -45,9 +60,7 @@ class Hypotheses:
     def __init__(self, models: PartialModels) -> None:
         self.models = models
         self.known: list[Hypothesis] = []
-        self.samples = [
-            view.points[:: -(-len(view.points) // COMPARED) or 1] for view in models.views
-        ]
+        self.samples = [compared(view) for view in models.views]
 
     def add(
         self,
@@ -67,20 +80,6 @@ class Hypotheses:
                 chance = CHANCE_OF_RIVALS if rival else CHANCE
                 kept.append(Hypothesis(source, target, pose, float(share), attempt, chance))
         self.known += kept
-        return kept
-
-    def different(self, source: int, poses: Sequence[Array]) -> list[Array]:
-        """The poses of view `source` that differ, the first of each."""
-        return [poses[k] for k in self.distinct(source, poses)]
-
-    def distinct(self, source: int, poses: Sequence[Array]) -> list[int]:
-        """Positions of the poses of view `source` that differ, the first of each."""
-        apart = TOLERANCE * self.models.views[source].scale.resolution
-        kept: list[int] = []
-        for k, pose in enumerate(poses):
-            gaps = (rms_apart(self.samples[source], pose, poses[other]) for other in kept)
-            if all(gap > apart for gap in gaps):
-                kept.append(k)
         return kept
 
     def agreements(self) -> list[Agreement]:

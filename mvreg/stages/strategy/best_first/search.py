@@ -1,4 +1,4 @@
-"""The order of attempts: what has been tried, and which pair is the most promising."""
+"""The order of attempts: what has been tried, and which pairs are the most promising."""
 
 from __future__ import annotations
 
@@ -16,6 +16,9 @@ SOURCE_LEFT, PAIR_LEFT = 0.9, 0.5
 #: After so many failures in a row for every scan, and so many at least, nothing more is tried. Sets
 #: that can be joined take 1.1 attempts a scan in all (``+experiment=orders``).
 IN_A_ROW, LEAST_IN_A_ROW = 2, 12
+#: Pairs that promise less than this share of the best one wait for another round: by then the
+#: partial models have grown, and show more.
+AS_PROMISING = 0.5
 
 
 class Search:
@@ -50,48 +53,71 @@ class Search:
         """Register this pair next: it closes a loop that decides."""
         self.suggested.append((first, second))
 
-    def next(self) -> tuple[int, list[int]] | None:
-        """What to try next, see `most_promising`; pairs suggested come before."""
-        found = self.suggestion() or self.most_promising()
-        if found is not None:
-            self.registered.add(frozenset((found[0], found[1][0])))
-        return found
+    def batch(self) -> list[tuple[int, list[int]]]:
+        """What to try next, side by side: views to move, each with the views to move it to.
 
-    def suggestion(self) -> tuple[int, list[int]] | None:
-        """The last pair suggested that is of two partial models, and was not tried."""
+        Each partial model's most promising pair, as in Boruvka's algorithm for spanning trees; the
+        pairs suggested come before. What depends on another attempt of the batch waits: a partial
+        model moves once, and not while others move to it. Which they are depends on what is known
+        by now alone, not on who works on them. Empty at the end.
+        """
+        moves: dict[int, bool] = {}  # by group: it moves, or others move to it
+        group, chosen, later = self.models.group, [], list[tuple[int, int]]()
+
+        def fits(source: int, target: int) -> bool:
+            moving, staying = int(group[source]), int(group[target])
+            if moving in moves or moves.get(staying, False):
+                return False
+            moves[moving], moves[staying] = True, False
+            self.registered.add(frozenset((source, target)))
+            return True
+
+        for source, target in self.suggestions():
+            if fits(source, target):
+                chosen.append((source, [target]))
+            else:
+                later.append((source, target))
+        self.suggested = later[::-1]
+        chosen += [one for one in self.promising() if fits(one[0], one[1][0])]
+        return chosen
+
+    def suggestions(self) -> Iterator[tuple[int, int]]:
+        """The pairs suggested that are of two partial models and were not tried, last first."""
         group = self.models.group
-        while self.suggested:
-            pair = self.suggested.pop()
+        for pair in reversed(self.suggested):
             if group[pair[0]] != group[pair[1]] and frozenset(pair) not in self.registered:
                 sizes = [int((group == group[k]).sum()) for k in pair]
-                source, target = pair if sizes[0] <= sizes[1] else pair[::-1]
-                return source, [target]
-        return None
+                yield pair if sizes[0] <= sizes[1] else pair[::-1]
 
-    def most_promising(self) -> tuple[int, list[int]] | None:
-        """The view to move and the views to move it to, most promising first; None at the end.
+    def promising(self) -> Iterator[tuple[int, list[int]]]:
+        """For every group the most promising pair with another, the best first.
 
-        It moves to the larger group, or to one of the same size.
+        A view moves to the larger group, or to one of the same size.
         """
         if self.in_a_row >= max(LEAST_IN_A_ROW, IN_A_ROW * len(self.scores)):
-            return None
+            return
         group = self.models.group
         groups = [members for members in self.models.groups() if len(members)]
         labels = np.array([group[members[0]] for members in groups], dtype=np.intp)
         self.refresh()
         # In the order of the groups, then of the sources: of equals the first is taken.
         priority = np.where(self.may_move(labels), self.gains[:, labels].T * self.factor, -np.inf)
-        while (
-            priority.size
-            and (best := int(priority.argmax())) >= 0
-            and priority.flat[best] > -np.inf
-        ):
-            row, source = divmod(best, len(group))
+        seen: set[int] = set()
+        least = -np.inf
+        for cell in descending(priority):
+            if priority.flat[cell] < least or len(seen) == len(groups):
+                return
+            row, source = divmod(cell, len(group))
+            ends = {int(group[source]), int(labels[row])}
+            if ends <= seen:
+                continue
             for targets in self.targets(source, groups[row]):
                 if (source, frozenset(targets)) not in self.tried:
-                    return source, targets
-            priority.flat[best] = -np.inf
-        return None
+                    if not seen:
+                        least = AS_PROMISING * float(priority.flat[cell])
+                    seen |= ends
+                    yield source, targets
+                    break
 
     def refresh(self) -> None:
         """The overlap score of every view with each group: again only for groups that have changed.
@@ -144,3 +170,17 @@ class Search:
         moving = self.models.members(int(self.models.group[source]))
         self.failures[moving] += 1
         self.misses[source] += 1
+
+
+def descending(priority: Array) -> Iterator[int]:
+    """Positions in a flat array of the finite entries, the largest first, of equals the first.
+
+    Sorted in parts: mostly the first few are asked for.
+    """
+    flat = priority.ravel()
+    upper = np.inf
+    while (left := np.flatnonzero((flat < upper) & (flat > -np.inf))).size:
+        lower = AS_PROMISING * flat[left].max()
+        part = left[flat[left] >= lower] if lower > 0 else left
+        yield from part[np.argsort(-flat[part], kind="stable")].tolist()
+        upper = lower if lower > 0 else -np.inf

@@ -14,7 +14,7 @@ from mvreg.contracts import Judge, Pipeline
 from mvreg.evidence.pairing import view_pairs
 from mvreg.evidence.pooling import SUBSAMPLING
 from mvreg.parallel import in_threads
-from mvreg.stages.strategy.best_first.hypotheses import LEAST_PROBABILITY, Hypotheses
+from mvreg.stages.strategy.best_first.hypotheses import LEAST_PROBABILITY, distinct
 from mvreg.stages.strategy.best_first.joint_verdict import together
 from mvreg.stages.strategy.best_first.symmetry import symmetry_hypotheses
 from mvreg.types import Array, Registration, View
@@ -31,12 +31,7 @@ def probability(
 
 
 def looked_at_again(
-    pipeline: Pipeline,
-    registration: Registration,
-    source: View,
-    target: View,
-    index: int,
-    hypotheses: Hypotheses,
+    pipeline: Pipeline, registration: Registration, source: View, target: View
 ) -> tuple[list[Registration], list[float]]:
     """The poses of an attempt that may be right, refined, and how probable each is by itself.
 
@@ -46,10 +41,6 @@ def looked_at_again(
     registration : Registration
         What was refused, with its alternatives.
     source, target : View
-    index : int
-        Of the source among all views.
-    hypotheses : Hypotheses
-        Says which poses differ.
 
     Returns
     -------
@@ -63,9 +54,8 @@ def looked_at_again(
     def rough(pose: Array) -> float:
         return probability(judge, source, target, pose, SUBSAMPLING)
 
-    others = hypotheses.different(
-        index, [registration.T_target_source, *registration.alternatives]
-    )[1:]
+    poses = [registration.T_target_source, *registration.alternatives]
+    others = [poses[k] for k in distinct(source, poses)[1:]]
     first = np.array(in_threads(rough, others))
     order = [k for k in np.argsort(-first, kind="stable")[:MOST] if first[k] >= LEAST_PROBABILITY]
     found = [registration, *(refine(source, target, others[k]) for k in order)]
@@ -75,5 +65,5 @@ def looked_at_again(
         alike = symmetry_hypotheses(found[best], source, target, refine)
         found += [replace(found[best], T_target_source=pose) for pose in alike]
         likely += [probability(judge, source, target, pose) for pose in alike]
-    kept = hypotheses.distinct(index, [one.T_target_source for one in found])
+    kept = distinct(source, [one.T_target_source for one in found])
     return [found[k] for k in kept], [likely[k] for k in kept]

@@ -29,13 +29,15 @@ ROUNDS = 2
 
 @dataclass(frozen=True)
 class BestFirst:
-    """Try the most promising pair next, let partial models grow from every scan, and join them.
+    """Try the most promising pairs next, let partial models grow from every scan, and join them.
 
-    Every scan begins as a partial model of its own. The most promising scan is registered to
-    the views of another partial model that look most like it, merged; if the judge relies on it,
-    and no other pair of scans of the two partial models contradicts it, they become one
-    (Kruskal's algorithm, as Huber and Hebert 2003 use it, on overlap scores instead of
-    registrations). The result does not depend on a first scan. At the end every scan is checked
+    Every scan begins as a partial model of its own. In rounds, as in Boruvka's algorithm for
+    spanning trees, the most promising scan of each is registered to the views of another partial
+    model that look most like it, merged; if the judge relies on it, and no other pair of scans of
+    the two partial models contradicts it, they become one (as Huber and Hebert 2003 grow theirs, on
+    overlap scores instead of registrations). The attempts of a round are worked on side by side;
+    which they are, and what comes of them, does not depend on how many work. The result does not
+    depend on a first scan. At the end every scan is checked
     against all scans that it overlaps: what is contradicted is withdrawn, and tried again.
 
     The largest partial model becomes the result's `poses`, in the frame of the
