@@ -66,7 +66,12 @@ class PairStarted:
 
 @dataclass(frozen=True, eq=False)
 class PairRegistered:
-    """A pair-wise registration ended: with what it found, and how it was judged."""
+    """A pair-wise registration ended: with what it found, and how it was judged.
+
+    One that was found in the store, see `mvreg.store`, or that another process has worked on, is
+    told in short: without matches and candidates, the registration without its pairs of points,
+    and the first of several merged targets stands for all.
+    """
 
     source: View
     target: View

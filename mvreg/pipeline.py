@@ -12,11 +12,15 @@ import numpy as np
 
 from mvreg import contracts, events
 from mvreg.errors import InputError
+from mvreg.execution.threads import Threads
+from mvreg.execution.work import found_or_made
 from mvreg.geometry.nearest import mean_spacing
 from mvreg.initial import with_initial
 from mvreg.parallel import in_threads, one_by_one
 from mvreg.screening import refine_best
 from mvreg.stage_calls import check_described, checked
+from mvreg.store.content import UnknownContentError, digest, stage_digest, versions
+from mvreg.store.folder import NoStore, Store
 from mvreg.surface.largest_range import without_largest_range
 from mvreg.surface.normals import facing_normals
 from mvreg.types import (
@@ -44,9 +48,15 @@ def timed(seconds: dict[str, float], stage: str) -> Iterator[None]:
         seconds[stage] = seconds.get(stage, 0.0) + time.perf_counter() - start
 
 
+NOTHING_KEPT, THREADS = NoStore(), Threads()
+
+
 @dataclass(frozen=True)
 class Pipeline:
-    """The stages that a strategy works with; `emit` receives the events."""
+    """The stages that a strategy works with.
+
+    `emit` receives the events, `store` keeps finished work, `executor` works on tasks.
+    """
 
     downsample: contracts.Downsample
     describe: contracts.Describe
@@ -56,6 +66,8 @@ class Pipeline:
     judge: contracts.Judge
     augment: contracts.Augment
     emit: events.Emit = events.ignore
+    store: Store = NOTHING_KEPT
+    executor: Threads = THREADS
 
     def observed_by(self, emit: events.Emit) -> Pipeline:
         """The pipeline with `emit` as the receiver of its events."""
@@ -127,9 +139,16 @@ class Pipeline:
         scale = Scale(spacing, float(np.median([r for r in resolutions if r > 0] or [0.0])))
 
         def described(scan: Scan, sample: Sample, resolution: float) -> View:
-            features = describe(scan, sample.keypoints, spacing)
-            normals = facing_normals(scan, sample.points, features, resolution)
+            features, normals = found_or_made(
+                self.store,
+                lambda: described_key(describe, scan, sample, scale),
+                lambda: described_anew(scan, sample, resolution),
+            )
             return View(scan.name, sample.points, normals, features, resolution, scale, scan)
+
+        def described_anew(scan: Scan, sample: Sample, resolution: float) -> tuple[Any, ...]:
+            features = describe(scan, sample.keypoints, spacing)
+            return features, facing_normals(scan, sample.points, features, resolution)
 
         views = []
         each = list(zip(scans, samples, resolutions, strict=True))
@@ -205,7 +224,7 @@ class Pipeline:
 
         See `mvreg.contracts.Pipeline.perform`.
         """
-        return one_by_one(lambda task: task([views[k] for k in task.members], self), tasks)
+        return self.executor(tasks, views, self.observed_by(events.ignore), self.store)
 
     def begin(self, reference: View) -> Model:
         """Begin a model with a view, whose frame is the model's."""
@@ -231,5 +250,17 @@ class Pipeline:
         self.emit(events.ViewPlaced(view.name, T_model_scan))
 
 
+def described_key(
+    describe: contracts.Describe, scan: Scan, sample: Sample, scale: Scale
+) -> str | None:
+    """What the description of a scan is kept under."""
+    try:
+        return digest(versions(), "described", stage_digest(describe), scan, sample, scale)
+    except UnknownContentError:
+        return None
+
+
 #: The kinds of stage in a pipeline.
-STAGES = [field.name for field in fields(Pipeline) if field.name != "emit"]
+STAGES = [
+    field.name for field in fields(Pipeline) if field.name not in ("emit", "store", "executor")
+]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,14 +21,18 @@ from mvreg.events import (
     ViewPrepared,
 )
 from mvreg.initial import in_their_frame
-from mvreg.pipeline import Pipeline
+from mvreg.pipeline import NOTHING_KEPT, Pipeline
 from mvreg.plugins import manager
 from mvreg.stage_calls import checked
+from mvreg.store.folder import Store, open_store
 from mvreg.types import Array, Result, Scan, ScanSet, View
 from mvreg.types.scan import as_scans
 
 if TYPE_CHECKING:
     from omegaconf import DictConfig
+
+#: Gigabytes that the store of a library call may take; on the command line ``store_size`` says so.
+STORE_SIZE = 5.0
 
 
 @dataclass(frozen=True)
@@ -61,9 +66,13 @@ class Stopwatch:
 
 
 def run(
-    scans: Sequence[Scan], method: Method, rng: np.random.Generator, emit: Emit
+    scans: Sequence[Scan],
+    method: Method,
+    rng: np.random.Generator,
+    emit: Emit,
+    store: Store = NOTHING_KEPT,
 ) -> tuple[Result, list[View], dict[str, float]]:
-    """Place the scans: prepare, grow, adjust.
+    """Place the scans: prepare, grow, adjust; what the `store` has of it is not done again.
 
     Returns
     -------
@@ -76,7 +85,7 @@ def run(
     check_fixed(scans, method)
     start = time.perf_counter()
     watch = Stopwatch(emit)
-    pipeline = method.pipeline.observed_by(watch).checked()
+    pipeline = replace(method.pipeline.observed_by(watch), store=store).checked()
     views = pipeline.prepare(scans, rng)
     result = checked("strategy", method.strategy)(views, pipeline, rng)
     before = time.perf_counter()
@@ -178,6 +187,7 @@ def register(
     rng: int = 0,
     changes: Mapping[str, object] | None = None,
     observers: Sequence[object] = (),
+    store: bool | str | Path = False,
 ) -> Result:
     """Find the poses of unordered scans.
 
@@ -193,6 +203,9 @@ def register(
         Other stages or parameters: ``{"refine": "icp", "seed.top_fraction": 0.5}``.
     observers : sequence of objects
         With a hook ``mvreg_event(event)``, told what happens.
+    store : bool or path
+        Where finished work is kept, and found instead of done again: a folder, or True for that of
+        the command line, see `mvreg.store`.
 
     Returns
     -------
@@ -212,7 +225,9 @@ def register(
     """
     method, generator = _method(method, changes), _generator(rng)
     with manager.observing(*observers):
-        result, views, _ = run(as_scans(scans), method, generator, manager.emit)
+        result, views, _ = run(
+            as_scans(scans), method, generator, manager.emit, open_store(store, STORE_SIZE)
+        )
     return replace(result, views=tuple(views))
 
 

@@ -13,6 +13,7 @@ from mvreg.events import Event, RunFinished, RunStarted
 from mvreg.parallel import quick_turns
 from mvreg.plugins import manager
 from mvreg.run import load_scans, method_from, run
+from mvreg.store.folder import open_store, remarks_on
 from mvreg.types import Result
 
 if TYPE_CHECKING:
@@ -41,11 +42,16 @@ def run_job(config: DictConfig, folder: Path) -> Result:
     plain: dict[str, Any] = OmegaConf.to_container(config, resolve=True, enum_to_str=True)  # type: ignore[assignment]
     method = method_from(config)
     formats = formats_of(config.export)
+    store = open_store(config.store, config.store_size)
     start = time.perf_counter()
     scanset = load_scans(config, config.rng)
     loading = time.perf_counter() - start
-    recorder, console = Recorder(folder, page=config.report), Console()
     extra: list[RerunObserver] = [RerunObserver(folder / "run.rrd")] if config.rerun else []
+
+    def make_room() -> bool:
+        return any(observer.give_up() for observer in extra)
+
+    recorder, console = Recorder(folder, page=config.report, make_room=make_room), Console()
 
     def emit(event: Event) -> None:
         recorder.mvreg_event(event)  # not as an observer, which may fail: this is the result
@@ -55,7 +61,8 @@ def run_job(config: DictConfig, folder: Path) -> Result:
         with manager.observing(console, *extra):
             emit(RunStarted(scanset, method.name, folder))
             rng = np.random.default_rng(config.rng)
-            result, views, seconds = run(scanset.scans, method, rng, emit)
+            result, views, seconds = run(scanset.scans, method, rng, emit, store)
+            scanset = replace(scanset, remarks=(*scanset.remarks, *remarks_on(store)))
             seconds["load"] = loading
             if scanset.input is not None:
                 doubts = doubts_on_parts(scanset, result, method, rng)

@@ -27,6 +27,7 @@ Usage:
   mvreg report --poses FILE DIR     judge poses that something else found of the scans in DIR
   mvreg view [RUN]         open a run: report.html in a browser, or run.rrd in rerun
   mvreg compare [RUNS ...] [--out FILE]  a table over runs: medians, spread, the best
+  mvreg store [clear]      where finished work is kept, and how much; clear removes it
   mvreg --version
 
 Examples:
@@ -47,6 +48,7 @@ Keys:
   rng=0                  everything random follows from this number
   rerun=true             write run.rrd, a recording for the rerun viewer
   export=[]              formats to write to RUN/export at the end: export=[las,tum]
+  store=true             keep finished work, and find it when the same is asked again; or store=DIR
   resume=false           leave out a run whose folder has an answer already; experiments do
   debug=false            show the traceback of an error
 

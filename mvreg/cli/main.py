@@ -38,6 +38,7 @@ COMMANDS = {
     "view": "mvreg.cli.view_run",
     "look": "mvreg.cli.look",
     "export": "mvreg.cli.export",
+    "store": "mvreg.cli.kept",
 }
 
 

@@ -41,6 +41,8 @@ class Schema:
     rerun: bool = MISSING
     report: bool = MISSING
     export: list[str] = MISSING
+    store: Any = MISSING
+    store_size: float = MISSING
     resume: bool = MISSING
     debug: bool = MISSING
 

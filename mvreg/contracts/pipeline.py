@@ -23,7 +23,10 @@ from mvreg.types import Array, Model, Pair, Registration, Result, Scan, Verdict,
 class Task(Protocol):
     """A piece of work that nothing else depends on, and that depends on nothing else.
 
-    A frozen dataclass: its answer follows from its fields, the views and the stages alone.
+    A frozen dataclass: its answer follows from its fields, the views and the stages alone. A field
+    whose metadata say ``{"stored": False}`` does not count. Where the class names the ``kinds`` of
+    stage that it uses, its answers are kept and found again; ``answers`` are the classes of the
+    records in them that are not of `mvreg.types`.
     """
 
     @property

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import TextIO
@@ -45,12 +45,21 @@ class Recorder:
         Let ``latest``, beside the folder, point to it at the end.
     page : bool
         Write ``report.html``, too; of a long run also now and then while it is under way.
+    make_room : callable
+        Gives up what is worth less than the result where the disk is full; says whether it did.
     """
 
-    def __init__(self, folder: Path, link: bool = True, page: bool = False) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        link: bool = True,
+        page: bool = False,
+        make_room: Callable[[], bool] = lambda: False,
+    ) -> None:
         self.folder = folder
         self.link = link
         self.page = page
+        self.make_room = make_room
         self._table: TextIO | None = None
         self._started = time.perf_counter()
         self._run: RunStarted | None = None
@@ -168,7 +177,7 @@ class Recorder:
 
     def _finish(self, scanset: ScanSet, result: Result, report: Mapping[str, object]) -> Path:
         self.close()
-        file = write_run(self.folder, scanset, result, report)
+        file = write_run(self.folder, scanset, result, report, self.make_room)
         self._run = None  # an interruption from now on takes nothing away
         show_run(self.folder, scanset, report, self._views, self.page, self.link)
         return file

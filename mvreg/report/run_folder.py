@@ -19,9 +19,23 @@ LONGEST = 200
 
 def write_text(path: Path, text: str) -> None:
     """Write a text atomically: a reader sees the old file or the new one, never a part."""
-    temporary = path.with_name(f"{path.name}.part")
-    temporary.write_text(text, encoding="utf-8")
-    temporary.replace(path)
+    write_part(path, text)
+    take_place(path)
+
+
+def write_part(path: Path, text: str) -> None:
+    """Write a text beside a file; `take_place` makes it the file. Nothing is left if it fails."""
+    part = path.with_name(f"{path.name}.part")
+    try:
+        part.write_text(text, encoding="utf-8")
+    except OSError:
+        part.unlink(missing_ok=True)
+        raise
+
+
+def take_place(path: Path) -> None:
+    """Give what `write_part` has written the name of the file."""
+    path.with_name(f"{path.name}.part").replace(path)
 
 
 def pose_files(names: Iterable[str]) -> dict[str, str]:
@@ -58,18 +72,29 @@ def write_result(folder: Path, scanset: ScanSet, result: Result) -> None:
     ``poses`` and ``model.ply`` are the reference's; ``poses/component_2`` and ``model_2.ply``, and
     so on, the others', each in a frame of its own. What an earlier run left of such goes.
     """
-    for model in folder.glob("model_*.ply"):
-        if re.fullmatch(r"model_\d+\.ply", model.name):
-            model.unlink()
+    write_placements(folder, scanset, result)
+    write_models(folder, scanset, result)
+
+
+def write_placements(folder: Path, scanset: ScanSet, result: Result) -> None:
+    """The poses of `write_result`."""
     for left in (folder / "poses").glob("component_*"):
         if left.is_dir():
             write_poses(left, scanset, {})
             if not any(left.iterdir()):
                 left.rmdir()
     write_poses(folder / "poses", scanset, result.poses)
-    write_model(folder / "model.ply", scanset, result.poses)
     for number, poses in enumerate(result.components, start=2):
         write_poses(folder / "poses" / f"component_{number}", scanset, poses)
+
+
+def write_models(folder: Path, scanset: ScanSet, result: Result) -> None:
+    """The models of `write_result`."""
+    for model in folder.glob("model_*.ply"):
+        if re.fullmatch(r"model_\d+\.ply", model.name):
+            model.unlink()
+    write_model(folder / "model.ply", scanset, result.poses)
+    for number, poses in enumerate(result.components, start=2):
         write_model(folder / f"model_{number}.ply", scanset, poses)
 
 

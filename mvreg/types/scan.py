@@ -64,8 +64,8 @@ class Scan:
     up: Array | None = None
     initial: Array | None = None
     fixed: bool = False
-    attributes: Attributes = field(default_factory=dict)
-    full: FullPoints | None = None
+    attributes: Attributes = field(default_factory=dict, metadata={"stored": False})
+    full: FullPoints | None = field(default=None, metadata={"stored": False})
 
     def __post_init__(self) -> None:
         try:

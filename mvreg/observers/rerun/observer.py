@@ -208,6 +208,17 @@ class RerunObserver:
             self._stream.disconnect()
             self._stream = None
 
+    def give_up(self) -> bool:
+        """End the recording and remove its file; says whether there was one."""
+        for waiting in self._waiting:
+            waiting.cancel()
+        self._waiting.clear()
+        self._thread.submit(self._end).result()
+        if not self._path.exists():
+            return False
+        self._path.unlink()
+        return True
+
     def close(self) -> None:
         """Finish the file; may be called twice."""
         self._thread.shutdown()

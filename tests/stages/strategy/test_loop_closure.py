@@ -9,7 +9,7 @@ from mvreg import events
 from mvreg.geometry import se3
 from mvreg.stages.judge.evidence import EvidenceJudge
 from mvreg.stages.refine.trimmed import TrimmedICP
-from mvreg.stages.strategy.best_first import strategy
+from mvreg.stages.strategy.best_first import overlap_score
 from mvreg.stages.strategy.best_first.loop_closure import CERTAIN
 from mvreg.stages.strategy.best_first.strategy import BestFirst
 from mvreg.testing import blob_scans, blob_views, pipeline
@@ -75,7 +75,7 @@ LOOPS: list[bool] = []
 
 @pytest.fixture(autouse=True)
 def promised(monkeypatch):
-    monkeypatch.setattr(strategy, "overlap_scores", lambda *_: PROMISES.copy())
+    monkeypatch.setattr(overlap_score, "overlap_scores", lambda *_: PROMISES.copy())
     monkeypatch.setattr(
         "mvreg.stages.strategy.best_first.joint_verdict.symmetry_hypotheses",
         lambda *_: np.empty((0, 4, 4)),

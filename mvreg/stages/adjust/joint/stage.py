@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 from mvreg.contracts import Pipeline
@@ -17,6 +17,27 @@ from mvreg.types import Array, Result, View
 #: The surfaces may measure worse by this share before the poses found are thrown away: so much
 #: does the measure itself differ between poses a hundredth of a resolution apart.
 SLACK = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class Refinement:
+    """The refinement of one partial model, as a task; parameters as of `JointRefinement.refined`.
+
+    Its answer is that of `refined`.
+    """
+
+    kinds: ClassVar[tuple[str, ...]] = ()
+    answers: ClassVar[tuple[type, ...]] = (Settled,)
+
+    members: tuple[int, ...] = field(metadata={"stored": False})
+    stage: JointRefinement
+    poses: Mapping[str, Array]
+    fixed: tuple[str, ...]
+
+    def __call__(
+        self, views: Sequence[View], pipeline: Pipeline
+    ) -> tuple[Mapping[str, Array], Settled | None]:
+        return self.stage.refined(self.poses, self.fixed, views)
 
 
 @dataclass(frozen=True)
@@ -74,13 +95,15 @@ class JointRefinement:
             raise InputError(f"adjust.max_rounds: expected 0 or more, got {self.max_rounds}")
 
     def __call__(self, result: Result, views: Sequence[View], pipeline: Pipeline) -> Result:
-        return over_components(result, lambda part: self.improved(part, views))
+        return over_components(result, lambda part: self.improved(part, views, pipeline))
 
-    def improved(self, result: Result, views: Sequence[View]) -> Result:
+    def improved(self, result: Result, views: Sequence[View], pipeline: Pipeline) -> Result:
         """Refine one partial model with its reference fixed; itself where that fails."""
         fixed = {v.name for v in views if v.scan is not None and v.scan.fixed}
         held = fixed & result.poses.keys() or {result.reference}
-        poses, settled = self.refined(result.poses, held, views)
+        members = tuple(k for k, view in enumerate(views) if view.name in result.poses)
+        task = Refinement(members, self, result.poses, tuple(sorted(held)))
+        ((poses, settled),) = pipeline.perform([task], views)
         if settled is None:
             return result
         return replace(

@@ -8,16 +8,27 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from hashlib import blake2b
+from typing import ClassVar
 
 import numpy as np
 
 from mvreg.contracts import Pipeline
-from mvreg.events import Event
+from mvreg.events import Event, PairRegistered, PairStarted
 from mvreg.stages.strategy.best_first.joint_verdict import Check, checked_for_symmetry, together
 from mvreg.stages.strategy.best_first.loop_closure import doubtful
 from mvreg.stages.strategy.best_first.partial_models import PartialModels
 from mvreg.stages.strategy.best_first.second_look import looked_at_again
-from mvreg.types import Array, Edge, Pair, Registration, Verdict, View, ViewGraph
+from mvreg.types import (
+    Array,
+    Candidates,
+    Edge,
+    Matches,
+    Pair,
+    Registration,
+    Verdict,
+    View,
+    ViewGraph,
+)
 
 #: Entropy and spawn key of a `numpy.random.SeedSequence`.
 Randomness = tuple[int, ...]
@@ -51,7 +62,10 @@ class Attempt:
         See `BestFirst`.
     """
 
-    members: tuple[int, ...]
+    kinds: ClassVar[tuple[str, ...]] = ("seed", "propagate", "refine", "judge", "augment")
+    answers: ClassVar[tuple[type, ...]]
+
+    members: tuple[int, ...] = field(metadata={"stored": False})
     count: int
     poses: Array
     source: int
@@ -66,6 +80,23 @@ class Attempt:
         """Make the attempt; `views` are the members, in their order."""
         return Work(self, views, pipeline).outcome()
 
+    def told(self, found: Outcome, views: Sequence[View]) -> list[Event]:
+        """What observers are to be told of an outcome.
+
+        Of one that was kept the target is the first of the views that were merged to it.
+        """
+        if found.events or not found.registered:
+            return list(found.events)
+        started: list[Event] = []
+        ended: list[Event] = []
+        for one in found.registered:
+            ends = views[one.source], views[one.target]
+            started.insert(0, PairStarted(*ends))  # another may have begun before it ended
+            ended.append(
+                PairRegistered(*ends, Matches.none(), Candidates.none(), one.registration, one.pair)
+            )
+        return [*started, *ended]
+
     def models(self, views: Sequence[View]) -> PartialModels:
         """The two partial models, of views that are told by their positions among the members."""
         models = PartialModels(views)
@@ -78,6 +109,20 @@ class Attempt:
         words = np.frombuffer(blake2b("\0".join(names).encode(), digest_size=16).digest(), "<u4")
         key = (*self.spawn_key, *words.tolist())
         return np.random.default_rng(np.random.SeedSequence(self.entropy, spawn_key=key))
+
+
+@dataclass(frozen=True, eq=False)
+class Registered:
+    """What is kept of a pair-wise registration of an attempt for those who are told of it.
+
+    `source` is a position among the members, as is `target`, the first of those that were merged;
+    the registration is without its pairs of points, which are of the merged ones.
+    """
+
+    source: int
+    target: int
+    registration: Registration | None
+    pair: Pair
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,8 +141,10 @@ class Outcome:
         ``T_target_source`` of a refused attempt that may be right.
     probabilities : (C,) array
         How probable each is by itself.
+    registered : tuple of Registered
+        The registrations as observers are told of them, in the order in which they ended.
     events : tuple of Event
-        What observers are to be told.
+        What observers are told; empty for an outcome that was kept.
     """
 
     pairs: tuple[Pair, ...]
@@ -105,7 +152,11 @@ class Outcome:
     joint: Edge | None
     poses: Array
     probabilities: Array
-    events: tuple[Event, ...] = ()
+    registered: tuple[Registered, ...]
+    events: tuple[Event, ...] = field(default=(), metadata={"stored": False})
+
+
+Attempt.answers = Outcome, Registered
 
 
 @dataclass
@@ -143,7 +194,22 @@ class Work:
             poses = np.array([one.T_target_source for one in found])
             probabilities = np.array(likely)
         joint = None if registration is None else Edge.of(registration, source, target)
-        return Outcome(tuple(self.pairs), own, joint, poses, probabilities, tuple(self.events))
+        return Outcome(
+            tuple(self.pairs), own, joint, poses, probabilities, self.registered(),
+            tuple(self.events),
+        )  # fmt: skip
+
+    def registered(self) -> tuple[Registered, ...]:
+        """The registrations, as they can be kept."""
+        place = {view.name: k for k, view in enumerate(self.views)}
+        return tuple(
+            Registered(
+                place[event.pair.source], place[event.pair.target],
+                event.registration and without_pairs(event.registration), event.pair,
+            )
+            for event in self.events
+            if isinstance(event, PairRegistered)
+        )  # fmt: skip
 
     def chosen(
         self,
@@ -194,6 +260,12 @@ class Work:
             return verdict
         reason = f"the loop through {moving.name} and {staying.name} does not close"
         return replace(verdict, reliable=False, reason=reason, open_loop=True)
+
+
+def without_pairs(registration: Registration) -> Registration:
+    """A registration without the pairs of points that it rests on."""
+    none = Matches.none()
+    return replace(registration, pairs=none.indices, distances=none.distances)
 
 
 def consistent_join(

@@ -87,7 +87,8 @@ class Growth:
 
     def learn(self, attempt: Attempt, found: Outcome) -> None:
         """Join what an attempt has joined, or keep what it has found."""
-        for event in found.events:
+        views = [self.models.views[k] for k in attempt.members]
+        for event in attempt.told(found, views):
             self.pipeline.emit(event)
         source, targets = attempt.members[attempt.source], [
             attempt.members[k] for k in attempt.targets

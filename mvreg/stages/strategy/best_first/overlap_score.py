@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
+from mvreg.contracts import Pipeline
 from mvreg.kernels.descriptors import DescriptorTree
 from mvreg.kernels.moments import moments
 from mvreg.parallel import in_threads, slices
@@ -18,6 +21,21 @@ SLACK = 1.0
 LEAST_NEIGHBOURS = 4
 #: So many keypoints are worth a thread's while.
 PART = 500
+
+
+@dataclass(frozen=True)
+class Scores:
+    """The overlap scores of all pairs of scans, as a task; parameters as of `overlap_scores`."""
+
+    kinds: ClassVar[tuple[str, ...]] = ()
+
+    members: tuple[int, ...] = field(metadata={"stored": False})
+    radii: tuple[float, ...]
+    neighbours: int
+
+    def __call__(self, views: Sequence[View], pipeline: Pipeline) -> Array:
+        """(N, N) array."""
+        return overlap_scores(views, self.radii, self.neighbours)
 
 
 def overlap_scores(views: Sequence[View], radii: Sequence[float], neighbours: int) -> Array:

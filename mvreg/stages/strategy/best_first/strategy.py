@@ -17,7 +17,7 @@ from mvreg.stages.strategy.best_first.growth import Growth
 from mvreg.stages.strategy.best_first.initial import join_fixed, with_initial_overlap
 from mvreg.stages.strategy.best_first.joint_verdict import error_probability
 from mvreg.stages.strategy.best_first.outcome import outcome
-from mvreg.stages.strategy.best_first.overlap_score import overlap_scores
+from mvreg.stages.strategy.best_first.overlap_score import Scores
 from mvreg.stages.strategy.best_first.partial_models import PartialModels
 from mvreg.stages.strategy.best_first.search import Search
 from mvreg.stages.strategy.best_first.settlement import LEAST_POOLED
@@ -77,7 +77,8 @@ class BestFirst:
         self, views: Sequence[View], pipeline: Pipeline, rng: np.random.Generator
     ) -> Result:
         in_threads(surface_samples, views)  # prepared in parallel, not when first needed
-        scores = overlap_scores(views, self.radii, self.neighbours)
+        task = Scores(tuple(range(len(views))), tuple(self.radii), self.neighbours)
+        (scores,) = pipeline.perform([task], views)
         scores = with_initial_overlap(scores, views)
         models = PartialModels(views)
         held = join_fixed(models)
