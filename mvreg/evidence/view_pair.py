@@ -6,12 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mvreg.geometry import se3
 from mvreg.geometry.arrays import Flags
 from mvreg.kernels import evidence
 from mvreg.kernels.rays import Rays
 from mvreg.surface.overlap import LEAST_COSINE
 from mvreg.surface.range_image import RangeImage, Sensor
-from mvreg.types import Array, Indices, View
+from mvreg.types import Array, Indices, Model, View
 from mvreg.types.lazy import kept_on_argument
 
 #: Points sampled per view: shares of so many are known to two per cent.
@@ -167,13 +168,53 @@ class DirectedEvidence:
     noise_floor: float
 
 
-def may_overlap(moving: View, still: View, T_still_moving: Array) -> bool:
-    """Whether two views, in either direction, may have any contact."""
-    here, there = surface_samples(moving), surface_samples(still)
-    return evidence.may_overlap(
-        here.centre, here.radius, here.rays, there.centre, there.radius, there.rays,
-        T_still_moving, max(here.reach, there.reach),
+@dataclass(frozen=True, eq=False)
+class Homes:
+    """The views of a model, ready to be asked which of them may meet another view.
+
+    Parameters
+    ----------
+    T_view_model : (M, 4, 4) array
+        The frames of the views.
+    centres, radii, rays, reaches
+        Of each, as in `SurfaceSamples`.
+    """
+
+    T_view_model: Array
+    centres: Array
+    radii: Array
+    rays: tuple[Rays | None, ...]
+    reaches: Array
+
+
+@kept_on_argument
+def homes(model: Model) -> Homes:
+    """The views of a model; kept on the model."""
+    samples = [surface_samples(part.view) for part in model.parts]
+    return Homes(
+        se3.invert(np.stack([part.T_model_scan for part in model.parts])),
+        np.stack([one.centre for one in samples]), np.array([one.radius for one in samples]),
+        tuple(one.rays for one in samples), np.array([one.reach for one in samples]),
     )  # fmt: skip
+
+
+def parts_that_may_meet(
+    source: View, model: Model, T_model_source: Array
+) -> list[tuple[View, Array]]:
+    """The views of a model that may have any contact with another one, in either direction.
+
+    Returns
+    -------
+    list of (View, (4, 4) array)
+        Each with ``T_view_source``.
+    """
+    here, there = surface_samples(source), homes(model)
+    poses = there.T_view_model @ T_model_source
+    may = evidence.which_may_overlap(
+        here.centre, here.radius, here.rays, here.reach, there.centres, there.radii,
+        list(there.rays), there.reaches, poses,
+    )  # fmt: skip
+    return [(model.parts[k].view, poses[k]) for k in np.flatnonzero(may)]
 
 
 def directed_evidence(

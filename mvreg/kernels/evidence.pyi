@@ -1,4 +1,6 @@
-from mvreg.geometry.arrays import Array
+from collections.abc import Sequence
+
+from mvreg.geometry.arrays import Array, Flags
 from mvreg.kernels.rays import Rays
 from mvreg.kernels.results import Sight
 from mvreg.kernels.tree import Tree
@@ -18,13 +20,14 @@ def directed_evidence(
     most_rays: int,
     tolerance: float,
 ) -> Sight: ...
-def may_overlap(
+def which_may_overlap(
     centre: Array,
     radius: float,
     rays: Rays | None,
-    other_centre: Array,
-    other_radius: float,
-    other_rays: Rays | None,
-    transform: Array,
     reach: float,
-) -> bool: ...
+    centres: Array,
+    radii: Array,
+    others: Sequence[Rays | None],
+    reaches: Array,
+    transforms: Array,
+) -> Flags: ...

@@ -19,6 +19,7 @@ from mvreg.kernels.tree cimport Tree, node_distance
 
 import numpy as np
 
+from mvreg.errors import RecordError
 from mvreg.kernels import checks
 from mvreg.kernels.results import Sight
 
@@ -157,39 +158,56 @@ cdef bint add(
     return True
 
 
-def may_overlap(
-    centre, double radius, Rays rays, other_centre, double other_radius, Rays other_rays,
-    transform, double reach
+def which_may_overlap(
+    centre, double radius, Rays rays, double reach, centres, radii, list others, reaches, transforms
 ):
-    """Whether `directed_evidence` could find anything either way between two scans; True if in doubt.
+    """Of which still scans `directed_evidence` could find anything, either way; True if in doubt.
 
     Parameters
     ----------
-    centre, radius, rays
-        Of the scan that moves: a ball around its points, and what its sensor saw.
-    other_centre, other_radius, other_rays
-        Of the still scan.
-    transform : (4, 4) array
-        ``T_still_moving``.
-    reach : float
-        As in `directed_evidence`, the larger one of the two scans (length).
+    centre, radius, rays, reach
+        Of the scan that moves: a ball around its points, what its sensor saw, and how far points
+        may be from it (length).
+    centres, radii, others, reaches
+        Of the still scans: (M, 3) and (M,) arrays, a list of their rays or None, an (M,) array; of
+        two reaches the larger counts.
+    transforms : (M, 4, 4) array
+        ``T_still_moving`` of each.
+
+    Returns
+    -------
+    (M,) array of bool
     """
+    cdef const double[:, ::1] middles = checks.floats("centres", centres, "M", 3)
+    cdef Py_ssize_t count = middles.shape[0], i
     cdef const double[::1] own = checks.floats("centre", centre, 3)
-    cdef const double[::1] other = checks.floats("other_centre", other_centre, 3)
+    cdef const double[::1] sizes = checks.floats("radii", radii, count)
+    cdef const double[::1] ranges = checks.floats("reaches", reaches, count)
+    cdef const double[:, :, ::1] poses = checks.floats("transforms", transforms, count, 4, 4)
+    cdef Rays seen
     cdef double x[3]
     cdef double y[3]
     cdef double gap
     cdef int k
     cdef Motion motion
-    of_array(checks.transform("transform", transform), motion)
-    move(motion, &own[0], x)
-    gap = 0
-    for k in range(3):
-        y[k] = other[k] - motion[9 + k]
-        gap += (x[k] - other[k]) * (x[k] - other[k])
-    if sqrt(gap) <= (radius + other_radius) * (1 + 1e-9) + reach:
-        return True
-    if other_rays is not None and other_rays.beside(x, radius):
-        return True
-    turn_back(motion, y, x)
-    return rays is not None and rays.beside(x, other_radius)
+    if len(others) != count:
+        raise RecordError(f"others: expected {count} rays, got {len(others)}")
+    answer = np.zeros(count, dtype=bool)
+    cdef unsigned char[::1] found = answer.view(np.uint8)
+    for i in range(count):
+        of_array(poses[i], motion)
+        move(motion, &own[0], x)
+        gap = 0
+        for k in range(3):
+            y[k] = middles[i, k] - motion[9 + k]
+            gap += (x[k] - middles[i, k]) * (x[k] - middles[i, k])
+        if sqrt(gap) <= (radius + sizes[i]) * (1 + 1e-9) + max(reach, ranges[i]):
+            found[i] = True
+            continue
+        seen = others[i]
+        if seen is not None and seen.beside(x, radius):
+            found[i] = True
+            continue
+        turn_back(motion, y, x)
+        found[i] = rays is not None and rays.beside(x, sizes[i])
+    return answer

@@ -88,8 +88,10 @@ def cases():
             evidence.directed_evidence,
             (*sight, np.zeros(3), 4.0, motion, 0.5, 0.5, True, m["rays"], 4, 0.1),
         ),
-        "evidence.may_overlap": (
-            evidence.may_overlap, (up, 1.0, m["rays"], up, 1.0, m["rays"], motion, 0.5),
+        "evidence.which_may_overlap": (
+            evidence.which_may_overlap,
+            (up, 1.0, m["rays"], 0.5, points, np.ones(N), [m["rays"], None] * (N // 2),
+             np.ones(N), np.stack([motion] * N)),
         ),
         "overlap.contact_heights": (overlap.contact_heights, (*sight, motion, 0.5, 0.5)),
         "overlap.box": (overlap.box, (points, motion)),
