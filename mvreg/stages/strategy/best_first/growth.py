@@ -58,11 +58,12 @@ class Growth:
         while batch := self.search.batch():
             attempts = [self.attempt(*one) for one in batch]
             outcomes = self.pipeline.perform(attempts, self.models.views)
-            for attempt, found in zip(attempts, outcomes, strict=True):
-                self.learn(attempt, found)
+            joined = [self.learn(*one) for one in zip(attempts, outcomes, strict=True)]
             for agreement, certainty in self.settlement.joined():
                 self.record(agreement, certainty)
                 self.search.joined()
+                joined.append(True)
+            if any(joined):
                 self.told()
 
     def attempt(self, source: int, targets: Sequence[int]) -> Attempt:
@@ -85,8 +86,8 @@ class Growth:
             return self.graph  # Eq. (7) is over all that was accepted
         return self.graph.among({self.models.views[k].name for k in members})
 
-    def learn(self, attempt: Attempt, found: Outcome) -> None:
-        """Join what an attempt has joined, or keep what it has found."""
+    def learn(self, attempt: Attempt, found: Outcome) -> bool:
+        """Join what an attempt has joined, or keep what it has found; says which."""
         views = [self.models.views[k] for k in attempt.members]
         for event in attempt.told(found, views):
             self.pipeline.emit(event)
@@ -97,8 +98,7 @@ class Growth:
         self.pairs += found.pairs
         if found.joint is not None and self.join(attempt, source, targets[0], found.joint, own):
             self.search.joined()
-            self.told()
-            return
+            return True
         if found.joint is None:
             kept = self.hypotheses.add(
                 source, targets[0], list(found.poses), found.probabilities.tolist(), own
@@ -109,6 +109,7 @@ class Growth:
                 if closing is not None:
                     self.search.suggest(*closing)
         self.search.failed(source, targets)
+        return False
 
     def join(self, attempt: Attempt, source: int, target: int, joint: Edge, own: int) -> bool:
         """Join two partial models, unless what has joined them meanwhile contradicts it."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,6 +16,7 @@ from mvreg.kernels.overlap import box
 from mvreg.parallel import in_threads
 from mvreg.surface.partners import well_spread
 from mvreg.types import Array, Indices, Model, Part, Registration, View
+from mvreg.types.lazy import kept_on_argument
 
 #: Points of a view and of a model that are nearer than this are one (resolutions).
 SAME = 1.0
@@ -84,19 +85,24 @@ class PartialModels:
             pose = self.relative(chosen[0], k)
             same = contact_points(self.views[k], model, pose)
             model = pipeline.augment(model, self.views[k], same)
-        rest = [Part(self.views[k], self.relative(chosen[0], k)) for k in group if k not in chosen]
-        return replace(model, parts=(*model.parts, *rest))
+        rest = [k for k in group if k not in chosen]
+        poses = se3.invert(self.poses[chosen[0]]) @ np.array([self.poses[k] for k in rest]).reshape(
+            -1, 4, 4
+        )
+        parts = (Part(self.views[k], pose) for k, pose in zip(rest, poses, strict=True))
+        return replace(model, parts=(*model.parts, *parts))
 
     def view_pairs(self, sources: Sequence[int], targets: Sequence[int]) -> list[ViewPair]:
         """The pairs of views of one group that come near each other, each pair once.
 
         Of many that meet each other, those that `mvreg.surface.partners.well_spread` chooses.
         """
-        chosen = [k for k in dict.fromkeys([*sources, *targets]) if len(self.views[k].points)]
-        if not chosen:
+        known = [k for k in dict.fromkeys([*sources, *targets]) if len(self.views[k].points)]
+        if not known:
             return []
+        reach = 3 * self.views[known[0]].scale.resolution
+        chosen = self.near_balls(known, set(sources), set(targets), reach)
         moving, staying = set(sources), set(targets)
-        reach = 3 * self.views[chosen[0]].scale.resolution
         found = []
         near = near_boxes(
             [np.stack(box(self.views[k].points, self.poses[k])) for k in chosen], reach
@@ -116,6 +122,25 @@ class PartialModels:
                     found.append(ViewPair(self.views[i], self.views[j], pose, self.poses[i]))
         return found
 
+    def near_balls(
+        self, views: Sequence[int], sources: Collection[int], targets: Collection[int], reach: float
+    ) -> list[int]:
+        """Those of one side that come near a view of the other, by balls about them."""
+        balls = [ball(self.views[k]) for k in views]
+        centres = np.array([
+            self.poses[k][:3, :3] @ centre + self.poses[k][:3, 3]
+            for k, (centre, _) in zip(views, balls, strict=True)
+        ])  # fmt: skip
+        radii = np.array([radius for _, radius in balls])
+        sides = [np.array([k in side for k in views]) for side in (sources, targets)]
+        if sides[0].all() and sides[1].all():
+            return list(views)
+        near = np.zeros(len(views), dtype=bool)
+        for one, other in (sides, sides[::-1]):
+            gaps = np.linalg.norm(centres[one][:, None] - centres[other], axis=2)
+            near[one] |= (gaps <= radii[one][:, None] + radii[other] + reach).any(axis=1)
+        return [k for k, meets in zip(views, near, strict=True) if meets]
+
     def incident_pairs(self, members: Sequence[int]) -> dict[int, list[ViewPair]]:
         """What each view of a group meets in it."""
         place = {id(self.views[k]): k for k in members}
@@ -124,6 +149,14 @@ class PartialModels:
             found[place[id(view_pair.source)]].append(view_pair)
             found[place[id(view_pair.target)]].append(view_pair)
         return found
+
+
+@kept_on_argument
+def ball(view: View) -> tuple[Array, float]:
+    """Centre (3,) and radius (length) of a ball around the points of a view."""
+    low, high = view.points.min(axis=0), view.points.max(axis=0)
+    centre: Array = (low + high) / 2
+    return centre, float(np.sqrt(((view.points - centre) ** 2).sum(axis=1).max()))
 
 
 def contact_points(source: View, target: View, T_target_source: Array) -> Registration:
