@@ -21,6 +21,7 @@ from mvreg.io.ptx import read_ptx
 from mvreg.io.stl import read_stl
 from mvreg.io.text import read_text
 from mvreg.io.vtk import read_vtk
+from mvreg.io.vtk_xml import read_vtk_xml
 from mvreg.types import Array
 
 
@@ -99,6 +100,7 @@ FORMATS: tuple[Format, ...] = (
     Format("E57", (".e57",), several(read_e57)),
     Format("glTF", (".glb", ".gltf"), single(read_gltf)),
     Format("VTK", (".vtk",), single(read_vtk)),
+    Format("VTK XML", (".vtp", ".vtu"), single(read_vtk_xml)),
     Format("NumPy", (".npy", ".npz"), single(read_npy)),
 )
 
