@@ -6,8 +6,12 @@ import argparse
 import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from mvreg.types import ScanSet
+from mvreg.errors import MvregError
+
+if TYPE_CHECKING:
+    from mvreg.types import ScanSet, View
 
 #: Below a run folder, where exports go unless said otherwise.
 FOLDER = "export"
@@ -44,11 +48,25 @@ def export(arguments: Sequence[str]) -> int:
 
         return load_again(run, report, asked.scans)
 
+    def views(scanset: ScanSet) -> Sequence[View]:
+        return views_again(run, report, scanset)
+
     from mvreg.export.run import export as write
 
-    tell(write(report, formats, out, scans))
+    tell(write(report, formats, out, scans, views))
     sys.stdout.write(f"written to {out}: {', '.join(each.name for each in formats)}\n")
     return 0
+
+
+def views_again(run: Path, report: dict[str, Any], scanset: ScanSet) -> Sequence[View]:
+    """The scans of a finished run as its method prepared them; none, and why, where it cannot."""
+    from mvreg.cli.prepared import config_of, views_of
+
+    try:
+        return views_of(config_of(run, report), scanset)
+    except MvregError as error:  # the method's plugin may be gone, or the run of another version
+        tell([f"without residuals: the scans cannot be prepared as they were: {error}"])
+        return ()
 
 
 def tell(remarks: Iterable[str]) -> None:
