@@ -51,11 +51,6 @@ class Model:
         """The attributes of the model by name, and their types."""
         return model_kinds(self.scanset, self.poses, self.views)
 
-    @property
-    def spacing(self) -> float:
-        """Mean distance of a point to the nearest other one (length), of the finest scan."""
-        return min(scan.spacing for scan in placed(self.scanset, self.poses))
-
     def clouds(self) -> Clouds:
         """The scans in the frame of the model, one at a time, with their number as `INDEX`."""
         return Clouds(self.scanset, self.poses, self.views)
