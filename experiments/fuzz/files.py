@@ -132,6 +132,7 @@ def good_files(folder: Path) -> dict[str, bytes]:
         "big.ply": ply("binary_big_endian"), "ascii.pcd": pcd("ascii"),
         "binary.pcd": pcd("binary"), "a.obj": obj(), "a.off": off(), "ascii.stl": stl(True),
         "binary.stl": stl(False), "a.xyz": text, "a.txt": text, "a.asc": text,
+        "a.xyzn": rows(" 0 0 1").encode(), "a.xyzrgb": rows(" 0 0.5 1").encode(),
         "a.csv": b"x,y,z\n" + text.replace(b" ", b","), "plain.pts": text, "a.pts": pts(),
         "a.ptx": ptx(), "a.npy": saved(lambda file: np.save(file, POINTS)),
         "a.npz": saved(lambda file: np.savez_compressed(file, points=POINTS)),

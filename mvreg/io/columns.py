@@ -49,6 +49,8 @@ def _guessed(table: Array, axes: Sequence[int]) -> list[str]:
     names = [f"column_{column + 1}" for column in range(table.shape[1])]
     if tuple(axes) != (0, 1, 2) or not len(table):
         return names
+    if table.shape[1] == 7 and (table[:, 6] == 255).all() and _like_colours(table[:, 3:6]):
+        return [*names[:3], *COLOURS, "alpha"]  # as trimesh writes them
     # As PTS has it, a brightness stands before the colours.
     for first in {6: (3,), 7: (4, 3)}.get(table.shape[1], ()):
         if _like_colours(table[:, first : first + 3]):

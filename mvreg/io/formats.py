@@ -23,6 +23,7 @@ from mvreg.io.text import read_text
 from mvreg.io.vtk import read_vtk
 from mvreg.io.vtk_xml import read_vtk_xml
 from mvreg.types import Array
+from mvreg.types.attributes import COLOURS, NORMALS
 
 
 @dataclass(frozen=True)
@@ -82,6 +83,15 @@ def single(reader: Callable[[Path], Array | PointCloud]) -> Reader:
     return read
 
 
+def table(*columns: str) -> Reader:
+    """A reader of tables of text whose columns are these, unless the user says otherwise."""
+
+    def read(path: Path, options: ReadOptions) -> Sequence[PointCloud]:
+        return (read_text(path, options.columns or columns),)
+
+    return read
+
+
 #: The formats that come with mvreg.
 FORMATS: tuple[Format, ...] = (
     Format("PLY", (".ply",), single(read_ply)),
@@ -89,11 +99,9 @@ FORMATS: tuple[Format, ...] = (
     Format("OBJ", (".obj",), single(read_obj)),
     Format("OFF", (".off",), single(read_off)),
     Format("STL", (".stl",), single(read_stl)),
-    Format(
-        "text",
-        (".xyz", ".txt", ".csv", ".asc"),
-        lambda path, options: (read_text(path, options.columns),),
-    ),
+    Format("text", (".xyz", ".txt", ".csv", ".asc"), table()),
+    Format("text with normals", (".xyzn",), table(*"xyz", *NORMALS)),
+    Format("text with colours", (".xyzrgb",), table(*"xyz", *COLOURS)),
     Format("PTS", (".pts",), lambda path, options: read_pts(path, options.columns)),
     Format("PTX", (".ptx",), several(read_ptx)),
     Format("LAS", (".las", ".laz"), single(read_las)),

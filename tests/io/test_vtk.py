@@ -204,7 +204,8 @@ class Writer:
             self.array("Intensity", "Float32", np.arange(N) / 8), more, "</PointData><CellData>",
             self.array("area", "Float64", [2, 2]), "</CellData><Points>",
             self.array("Points", "Float64", POINTS), "</Points><Polys>",
-            self.array("connectivity", "Int64", QUADS.ravel()), self.array("offsets", "Int64", [4, 8]),
+            self.array("connectivity", "Int64", QUADS.ravel()),
+            self.array("offsets", "Int64", [4, 8]),
             "</Polys></Piece>",
         ])  # fmt: skip
 
