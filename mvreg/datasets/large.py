@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from mvreg.datasets.sample import Sample, drawn
 from mvreg.errors import InputError
-from mvreg.io import PointCloud
+from mvreg.io import NotInPiecesError, Pieces, PointCloud
 from mvreg.types import Array
 from mvreg.types.attributes import Attributes
 
@@ -76,7 +77,7 @@ def held(
     """What is held of a scan: all of it, or `most` of its points and the way to the others.
 
     The points are drawn at random, so that their density, which tells where the sensor was, and
-    their order stay; the same ones each time.
+    their order stay; the same ones each time, also if the file is read piece by piece.
 
     Parameters
     ----------
@@ -91,8 +92,52 @@ def held(
     count = len(cloud.points)
     if not most or count <= most:
         return cloud, None
-    rng = np.random.default_rng([count, most])
-    chosen = np.sort(rng.choice(count, most, replace=False, shuffle=False))
     kinds = {name: values.dtype for name, values in cloud.attributes.items()}
     stored = StoredPoints(path, read, count, kinds, stamp_of(path))
-    return PointCloud(cloud.points[chosen], cloud.view_point), stored
+    return PointCloud(cloud.points[drawn(count, most)], cloud.view_point), stored
+
+
+@dataclass(frozen=True, eq=False)
+class Thinned:
+    """What is held of a scan that was read piece by piece.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+        Some of its points; what the file says besides.
+    full : StoredPoints
+        The way to all of them.
+    dropped : int
+        Points at exactly 0, 0, 0 that do not count, see `without_zeros`.
+    """
+
+    cloud: PointCloud
+    full: StoredPoints
+    dropped: int
+
+
+def thinned(
+    pieces: Pieces, path: Path, read: Callable[[], PointCloud], most: int
+) -> Thinned | None:
+    """As `held`, of a file that is read piece by piece; None where it has to be read whole.
+
+    That is where it has no more points than `most`, or turns out to be odd or damaged.
+    """
+    if not 0 < most < pieces.count:
+        return None
+    stamp, sample, zeros = stamp_of(path), Sample(most), 0
+    try:
+        for points in pieces.points:
+            x, y, z = points.T
+            finite = np.isfinite(x) & np.isfinite(y) & np.isfinite(z)
+            zero = (x == 0) & (y == 0) & (z == 0)
+            zeros += int(np.count_nonzero(zero))
+            sample.add(points[finite & ~zero])
+    except (InputError, NotInPiecesError):
+        return None
+    # A single point at 0, 0, 0 may be real, and has its place among the others.
+    if sample.count <= most or zeros == 1:
+        return None
+    stored = StoredPoints(path, read, sample.count, pieces.kinds, stamp)
+    cloud = PointCloud(sample.points(), pieces.view_point, remarks=tuple(pieces.remarks))
+    return Thinned(cloud, stored, zeros)
