@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from mvreg.datasets.sample import Sample, drawn
 from mvreg.errors import InputError
 from mvreg.io import NotInPiecesError, Pieces, PointCloud
 from mvreg.types import Array
-from mvreg.types.attributes import Attributes
+from mvreg.types.attributes import Attributes, Values
 
 #: Points of a scan that are registered. `experiments/accuracy/thinning.py`: of scans of a million
 #: points and more, poses from so many are as accurate as from all.
@@ -35,6 +35,8 @@ class StoredPoints:
         Their attributes.
     stamp : tuple of int
         Of the file as it was: size in bytes, time of the last change in ns.
+    parts : callable, optional
+        ``parts()`` reads it again piece by piece, with points that do not count.
     """
 
     path: Path
@@ -42,6 +44,7 @@ class StoredPoints:
     count: int
     kinds: Mapping[str, np.dtype[Any]]
     stamp: tuple[int, int]
+    parts: Callable[[], Iterator[PointCloud]] | None = None
 
     def __call__(self) -> tuple[Array, Attributes]:
         """Read points (N, 3), in the frame of the file, and their attributes.
@@ -51,18 +54,54 @@ class StoredPoints:
         InputError
             If the file has changed or gone.
         """
-        changed = f"{self.path}: the file has changed since the run began; run again"
+        self._check()
+        cloud = self.read()
+        if len(cloud.points) != self.count:
+            raise self._changed()
+        return cloud.points, cloud.attributes
+
+    def pieces(self) -> Iterator[tuple[Array, Attributes]]:
+        """The same, some points at a time if the file is read so.
+
+        Raises
+        ------
+        InputError
+            If the file has changed or gone; it may be noticed at the end.
+        """
+        if self.parts is None:
+            yield self()
+            return
+        self._check()
+        count = 0
+        try:
+            for cloud in self.parts():
+                there, _ = counting(cloud.points)
+                kept = cloud if there.all() else cloud.chosen(there)
+                count += len(kept.points)
+                yield kept.points, kept.attributes
+        except NotInPiecesError as error:
+            raise self._changed() from error
+        if count != self.count:
+            raise self._changed()
+
+    def _check(self) -> None:
         try:
             if stamp_of(self.path) != self.stamp:
-                raise InputError(changed)
+                raise self._changed()
         except OSError as error:
             raise InputError(
                 f"{self.path}: cannot be read again for the model: {error.strerror or error}"
             ) from error
-        cloud = self.read()
-        if len(cloud.points) != self.count:
-            raise InputError(changed)
-        return cloud.points, cloud.attributes
+
+    def _changed(self) -> InputError:
+        return InputError(f"{self.path}: the file has changed since the run began; run again")
+
+
+def counting(points: Array) -> tuple[Values, int]:
+    """Which points (N, 3) are finite and not at 0, 0, 0, and how many are there."""
+    x, y, z = points.T
+    zero = (x == 0) & (y == 0) & (z == 0)
+    return np.isfinite(x) & np.isfinite(y) & np.isfinite(z) & ~zero, int(np.count_nonzero(zero))
 
 
 def stamp_of(path: Path) -> tuple[int, int]:
@@ -127,17 +166,15 @@ def thinned(
         return None
     stamp, sample, zeros = stamp_of(path), Sample(most), 0
     try:
-        for points in pieces.points:
-            x, y, z = points.T
-            finite = np.isfinite(x) & np.isfinite(y) & np.isfinite(z)
-            zero = (x == 0) & (y == 0) & (z == 0)
-            zeros += int(np.count_nonzero(zero))
-            sample.add(points[finite & ~zero])
+        for cloud in pieces.clouds:
+            there, more = counting(cloud.points)
+            zeros += more
+            sample.add(cloud.points[there])
     except (InputError, NotInPiecesError):
         return None
     # A single point at 0, 0, 0 may be real, and has its place among the others.
     if sample.count <= most or zeros == 1:
         return None
-    stored = StoredPoints(path, read, sample.count, pieces.kinds, stamp)
+    stored = StoredPoints(path, read, sample.count, pieces.kinds, stamp, pieces.again)
     cloud = PointCloud(sample.points(), pieces.view_point, remarks=tuple(pieces.remarks))
     return Thinned(cloud, stored, zeros)

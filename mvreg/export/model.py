@@ -51,9 +51,12 @@ class Model:
         """The attributes of the model by name, and their types."""
         return model_kinds(self.scanset, self.poses, self.views)
 
-    def clouds(self) -> Clouds:
-        """The scans in the frame of the model, one at a time, with their number as `INDEX`."""
-        return Clouds(self.scanset, self.poses, self.views)
+    def clouds(self, pieces: bool = False) -> Clouds:
+        """The scans in the frame of the model, one at a time, with their number as `INDEX`.
+
+        In `pieces` a large one may come as several clouds.
+        """
+        return Clouds(self.scanset, self.poses, self.views, pieces)
 
     def scans(self) -> Iterator[PointCloud]:
         """The scans in the frames of their files, one at a time, with ``T_model_scan``."""
@@ -87,9 +90,10 @@ class Clouds:
     scanset: ScanSet
     poses: Mapping[str, Array]
     views: Sequence[View] = ()
+    pieces: bool = False
 
     def __iter__(self) -> Iterator[PointCloud]:
-        return model_clouds(self.scanset, self.poses, self.views)
+        return model_clouds(self.scanset, self.poses, self.views, self.pieces)
 
 
 def without_index(cloud: PointCloud) -> PointCloud:

@@ -51,7 +51,9 @@ WRITERS: dict[str, Callable[[Path, Iterable[PointCloud], Kinds], list[str]]] = {
 def _merged(suffix: str) -> Callable[[Path, Model], list[str]]:
     def write(folder: Path, model: Model) -> list[str]:
         path = folder / f"model{suffix}"
-        return WRITERS[suffix](path, model.clouds(), model.kinds) + model.filled()
+        # The unit of LAS follows from the spacing, which takes all of a scan to measure.
+        clouds = model.clouds(pieces=suffix in (".ply", ".pcd"))
+        return WRITERS[suffix](path, clouds, model.kinds) + model.filled()
 
     return write
 

@@ -6,12 +6,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from mvreg.errors import InputError
-from mvreg.io.cloud import stacked
+from mvreg.io.cloud import PointCloud, stacked
 from mvreg.io.names import with_usual_names
 from mvreg.io.pcd import columns_of, remarks_on
 from mvreg.io.pcd_header import PcdHeader, read_header
 from mvreg.io.pieces import NotInPiecesError, Pieces, byte_rows, head_of, text_rows
-from mvreg.types import Array
 from mvreg.types.attributes import Values
 
 
@@ -29,15 +28,15 @@ def pcd_pieces(path: Path) -> Pieces:
         raise NotInPiecesError from error
     if header.data not in ("ascii", "binary"):
         raise NotInPiecesError
-    found = Pieces(iter(()), header.points, header.view_point, remarks=[*remarks_on(header)])
-    found.points = (_taken(values, found) for values in _values(path, header))
-    return found
+    return Pieces(
+        lambda: map(_cloud, _values(path, header)), header.points, header.view_point,
+        remarks=[*remarks_on(header)],
+    )  # fmt: skip
 
 
-def _taken(values: dict[str, Values], found: Pieces) -> Array:
+def _cloud(values: dict[str, Values]) -> PointCloud:
     points = stacked(values)
-    found.add_kinds(with_usual_names(values))
-    return points
+    return PointCloud(points, attributes=with_usual_names(values))
 
 
 def _values(path: Path, header: PcdHeader) -> Iterator[dict[str, Values]]:

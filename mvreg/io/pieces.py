@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
 
+from mvreg.io.cloud import PointCloud
 from mvreg.kernels.text import parse_rows
 from mvreg.types import Array
 from mvreg.types.attributes import Values
@@ -29,9 +30,10 @@ class Pieces:
 
     Parameters
     ----------
-    points : iterator of (M, 3) float64 arrays
-        In order, NaN included. Raises `NotInPiecesError` where the file turns out to be damaged or
-        odd: read whole, it says what is wrong.
+    again : callable
+        ``again()`` reads all pieces, in order, NaN included, with their attributes; it may be
+        called once `clouds` is at its end. The pieces raise `NotInPiecesError` where the file turns
+        out to be damaged or odd: read whole, it says what is wrong.
     count : int
         Points that there are, about.
     view_point : (3,) array, optional
@@ -40,13 +42,24 @@ class Pieces:
         Of the attributes that the whole file has, once all pieces are read.
     remarks : list of str
         As of a `PointCloud`, once all pieces are read.
+    clouds : iterator of PointCloud
+        The pieces for the first time; perhaps without attributes.
     """
 
-    points: Iterator[Array]
+    again: Callable[[], Iterator[PointCloud]]
     count: int
     view_point: Array | None = None
     kinds: dict[str, np.dtype[Any]] = field(default_factory=dict)
     remarks: list[str] = field(default_factory=list)
+    clouds: Iterator[PointCloud] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.clouds = self._noticed()
+
+    def _noticed(self) -> Iterator[PointCloud]:
+        for cloud in self.again():
+            self.add_kinds(cloud.attributes)
+            yield cloud
 
     def add_kinds(self, attributes: Mapping[str, Values]) -> None:
         """Take notice of the attributes of a piece: the types hold the values of all pieces."""

@@ -6,13 +6,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from mvreg.errors import InputError
-from mvreg.io.cloud import stacked
+from mvreg.io.cloud import PointCloud, stacked
 from mvreg.io.names import with_usual_names
 from mvreg.io.pieces import NotInPiecesError, Pieces, byte_rows, head_of, text_rows
 from mvreg.io.ply_ascii import columns_of
 from mvreg.io.ply_binary import native, record_of
 from mvreg.io.ply_header import Header, read_header
-from mvreg.types import Array
 from mvreg.types.attributes import Values
 
 
@@ -32,15 +31,12 @@ def ply_pieces(path: Path) -> Pieces:
     others = [each for each in header.elements if each is not vertex and each.count]
     if others or vertex.has_lists or header.newline == b"\r":
         raise NotInPiecesError
-    found = Pieces(iter(()), vertex.count)
-    found.points = (_taken(values, found) for values in _values(path, header))
-    return found
+    return Pieces(lambda: map(_cloud, _values(path, header)), vertex.count)
 
 
-def _taken(values: dict[str, Values], found: Pieces) -> Array:
+def _cloud(values: dict[str, Values]) -> PointCloud:
     points = stacked(values)
-    found.add_kinds(with_usual_names(values))
-    return points
+    return PointCloud(points, attributes=with_usual_names(values))
 
 
 def _values(path: Path, header: Header) -> Iterator[dict[str, Values]]:

@@ -145,11 +145,12 @@ def open_pieces(
         pieces: Pieces = _quietly(opened, path, options or ReadOptions())
     except NotInPiecesError:
         return None
-    pieces.points = _each_quietly(pieces.points)
+    again = pieces.again
+    pieces.clouds, pieces.again = _each_quietly(pieces.clouds), lambda: _each_quietly(again())
     return pieces
 
 
-def _each_quietly(pieces: Iterator[Array]) -> Iterator[Array]:
+def _each_quietly(pieces: Iterator[PointCloud]) -> Iterator[PointCloud]:
     while (piece := _quietly(next, pieces, None)) is not None:
         yield piece
 

@@ -16,6 +16,7 @@ from mvreg.io.pieces import NotInPiecesError, Pieces
 from mvreg.io.text_layout import Layout
 from mvreg.io.text_stream import TextTable, open_table
 from mvreg.types import Array
+from mvreg.types.attributes import Values
 
 #: In `columns`, a column that is not wanted.
 SKIP = "_"
@@ -62,7 +63,7 @@ def read_text(path: Path, columns: Sequence[str] = ()) -> PointCloud:
     lost = int(np.isnan(points).any(axis=1).sum())
     return PointCloud(
         points,
-        attributes=attributes_of(table, chosen.axes, chosen.names, chosen.skip),
+        attributes=_attributes(table, chosen),
         remarks=(*_missing(lost, len(points)), *([] if chosen.named else _doubts(table, chosen))),
     )
 
@@ -81,14 +82,17 @@ def text_pieces(path: Path, columns: Sequence[str] = ()) -> Pieces:
         chosen = _chosen(columns, source.layout, path)
     except InputError as error:
         raise NotInPiecesError from error
-    found = Pieces(iter(()), int(path.stat().st_size / max(1.0, source.row_length)))
-    found.points = _points(source, chosen, bool(columns), found)
+    telling: list[Array] = []
+    count = int(path.stat().st_size / max(1.0, source.row_length))
+    found = Pieces(lambda: _clouds(open_table(path), chosen, np.concatenate(telling)), count)
+    found.clouds = _points(source, chosen, bool(columns), found, telling)
     return found
 
 
-def _points(source: TextTable, chosen: _Columns, told: bool, found: Pieces) -> Iterator[Array]:
-    """The points of each piece; what the table says besides is kept once all are read."""
-    telling: list[Array] = []
+def _points(
+    source: TextTable, chosen: _Columns, told: bool, found: Pieces, telling: list[Array]
+) -> Iterator[PointCloud]:
+    """The points of each piece; what all rows say besides is kept: some of them tell."""
     poses, lost, rows = not told, 0, 0
     for table in source.rows(chosen.axes):
         if not telling and not chosen.named:
@@ -97,11 +101,25 @@ def _points(source: TextTable, chosen: _Columns, told: bool, found: Pieces) -> I
         poses = poses and bool(poses_in(table, chosen.names))
         points = np.ascontiguousarray(table[:, chosen.axes])
         lost, rows = lost + int(np.isnan(points).any(axis=1).sum()), rows + len(points)
-        yield points
+        yield PointCloud(points)
     if poses:
         raise NotInPiecesError
     found.remarks = [*_missing(lost, rows), *found.remarks]
-    found.add_kinds(attributes_of(np.concatenate(telling), chosen.axes, chosen.names, chosen.skip))
+    found.add_kinds(_attributes(np.concatenate(telling), chosen))
+
+
+def _clouds(source: TextTable, chosen: _Columns, telling: Array) -> Iterator[PointCloud]:
+    """All pieces with their attributes, which beside the rows that tell are those of the whole."""
+    for table in source.rows(chosen.axes):
+        values = _attributes(np.concatenate([table, telling]), chosen)
+        yield PointCloud(
+            np.ascontiguousarray(table[:, chosen.axes]),
+            attributes={name: column[: len(table)] for name, column in values.items()},
+        )
+
+
+def _attributes(table: Array, chosen: _Columns) -> dict[str, Values]:
+    return attributes_of(table, chosen.axes, chosen.names, chosen.skip)
 
 
 def _chosen(columns: Sequence[str], layout: Layout, path: Path) -> _Columns:

@@ -89,6 +89,12 @@ def test_that_pieces_give_the_points_that_the_whole_file_gives(tmp_path, monkeyp
             again = a.full()
             assert len(again[0]) == a.full.count == 4990 - zeros * (zeros > 1)
             assert {n: v.dtype for n, v in again[1].items()} == a.full.kinds
+            parts = [*a.full.pieces()]
+            assert (len(parts) > 1) == (zeros != 1)
+            np.testing.assert_array_equal(np.concatenate([p for p, _ in parts]), again[0])
+            for key, values in again[1].items():
+                found = np.concatenate([more[key] for _, more in parts])
+                np.testing.assert_array_equal(found, values)
 
 
 def test_that_a_part_of_a_file_takes_a_part_of_its_memory(tmp_path, monkeypatch):
@@ -99,10 +105,11 @@ def test_that_a_part_of_a_file_takes_a_part_of_its_memory(tmp_path, monkeypatch)
         write(tmp_path / "a.ply", count)
         write(tmp_path / "b.ply", 2000)
         tracemalloc.start()
-        scans = folder(tmp_path, 20_000).scans
+        scans = folder(tmp_path, 20_000)
+        write_model(tmp_path / "out/model.ply", scans, {"a.ply": np.eye(4)})
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
-        assert scans[0].full.count == count
+        assert scans.scans[0].full.count == count
     assert peaks[1] < 1.1 * peaks[0]
     assert peaks[1] < (tmp_path / "a.ply").stat().st_size / 4
 

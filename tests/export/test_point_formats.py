@@ -33,6 +33,9 @@ class Whole:
     def __call__(self):
         return self.scan.points, self.scan.attributes
 
+    def pieces(self):
+        yield self()
+
 
 @pytest.fixture(params=[0.0, OFFSET], ids=["near", "far"])
 def found(request, rng):

@@ -30,12 +30,17 @@ def check(path: Path) -> int:
     """Compare the pieces of a file with the whole; how many there are."""
     whole, pieces = read_cloud(path), open_pieces(path)
     assert pieces is not None
-    parts = [*pieces.points]
+    parts = [cloud.points for cloud in pieces.clouds]
     points = np.concatenate(parts)
+    clouds = [*pieces.again()]
+    np.testing.assert_array_equal(np.concatenate([c.points for c in clouds]), points)
     finite = np.isfinite(points).all(axis=1)
     np.testing.assert_array_equal(points[finite], whole.points)
     assert pieces.kinds == {name: values.dtype for name, values in whole.attributes.items()}
     assert list(pieces.kinds) == list(whole.attributes)
+    for name, values in whole.attributes.items():
+        again = np.concatenate([cloud.attributes[name] for cloud in clouds])
+        np.testing.assert_array_equal(again[finite], values)
     assert tuple(pieces.remarks) == whole.remarks
     assert 0.9 <= pieces.count / len(points) <= 2.1  # as many as twice in UTF-16
     assert all(part.dtype == np.float64 and part.shape[1] == 3 for part in parts)
@@ -132,7 +137,7 @@ def test_damage_is_told_by_the_whole(tmp_path: Path, name: str, content: str, me
     with pytest.raises((NotInPiecesError, InputError)):
         pieces = open_pieces(tmp_path / name)
         assert pieces is not None
-        for _ in pieces.points:
+        for _ in pieces.clouds:
             pass
     with pytest.raises(InputError, match=message):
         read_cloud(tmp_path / name)
@@ -147,7 +152,7 @@ def test_bytes_too_few_or_too_many(tmp_path: Path, more: int) -> None:
         pieces = open_pieces(tmp_path / name)
         assert pieces is not None
         with pytest.raises(NotInPiecesError):
-            next(pieces.points)
+            next(pieces.clouds)
 
 
 @pytest.mark.parametrize(
@@ -169,6 +174,6 @@ def test_poses_are_no_points_in_pieces_either(tmp_path: Path) -> None:
     pieces = open_pieces(tmp_path / "a.txt")
     assert pieces is not None
     with pytest.raises(NotInPiecesError):
-        list(pieces.points)
+        list(pieces.clouds)
     with pytest.raises(InputError, match="poses with quaternions"):
         read_cloud(tmp_path / "a.txt")
