@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from writer_variants import ALL, POINTS, Variant
 
+from experiments.fuzz.files import damaged, good_files
 from mvreg.errors import InputError
 from mvreg.io import NotInPiecesError, open_pieces, read_cloud
 from mvreg.io.columns import attributes_of, telling_rows
@@ -177,3 +178,37 @@ def test_poses_are_no_points_in_pieces_either(tmp_path: Path) -> None:
         list(pieces.clouds)
     with pytest.raises(InputError, match="poses with quaternions"):
         read_cloud(tmp_path / "a.txt")
+
+
+@pytest.mark.parametrize(
+    "name", ["ascii.ply", "little.ply", "big.ply", "ascii.pcd", "binary.pcd", "a.xyz", "a.csv"]
+)
+def test_damaged_files_come_in_pieces_only_if_the_whole_is_the_same(
+    tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("mvreg.io.pieces.ROWS", 16)
+    monkeypatch.setattr("mvreg.io.points.with_points_on_triangles", lambda cloud: cloud)
+    rng, path, compared = np.random.default_rng(len(name)), tmp_path / name, 0
+    good = good_files(tmp_path)[name]
+    if name.endswith("ply"):  # without its faces
+        good = good.replace(b"element face 20", b"element face 0")
+        good = good[: good.index(b"end_header\n") + 11 + (480 if name != "ascii.ply" else 10**6)]
+        good = good if name != "ascii.ply" else b"\n".join(good.split(b"\n")[:-21]) + b"\n"
+    for _ in range(400):
+        path.write_bytes(damaged(good, rng))
+        try:
+            pieces = open_pieces(path)
+            if pieces is None:
+                continue
+            parts = [np.empty((0, 3)), *(cloud.points for cloud in pieces.clouds)]
+        except (NotInPiecesError, InputError):
+            continue
+        points = np.concatenate(parts)
+        finite = np.isfinite(points).all(axis=1)
+        if not finite.any():
+            continue
+        whole = read_cloud(path)
+        np.testing.assert_array_equal(points[finite], whole.points)
+        assert pieces.kinds == {key: values.dtype for key, values in whole.attributes.items()}
+        compared += 1
+    assert compared > 15
