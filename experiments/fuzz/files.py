@@ -13,17 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from mvreg.types import Array
+from experiments.fuzz.points import FACES, POINTS, rows
+from experiments.fuzz.vtk_files import vtk, vtk_mesh, vtk_xml
 
-POINTS = np.random.default_rng(0).normal(size=(40, 3)).round(3)
-FACES = np.random.default_rng(1).integers(0, 40, (20, 3))
 HEADER = (
     "{columns}\n{rows}\n1 2 3\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n1 2 3 1\n"
 )  # fmt: skip
-
-
-def rows(more: str = "", points: Array = POINTS) -> str:
-    return "".join(f"{x} {y} {z}{more}\n" for x, y, z in points.tolist())
 
 
 def ptx(scans: int = 2) -> bytes:
@@ -120,12 +115,6 @@ def zipped(members: dict[str, bytes]) -> bytes:
     return stream.getvalue()
 
 
-def vtk(kind: str) -> bytes:
-    header = f"# vtk DataFile Version 3.0\na\n{kind}\nDATASET POLYDATA\nPOINTS 40 double\n"
-    body = rows().encode() if kind == "ASCII" else POINTS.astype(">f8").tobytes()
-    return header.encode() + body + b"\nPOINT_DATA 40\n"
-
-
 def gltf(suffix: str) -> bytes:
     trimesh: Any = import_module("trimesh")
     scene = trimesh.Scene(trimesh.Trimesh(POINTS, FACES, process=False))
@@ -143,10 +132,13 @@ def good_files(folder: Path) -> dict[str, bytes]:
         "big.ply": ply("binary_big_endian"), "ascii.pcd": pcd("ascii"),
         "binary.pcd": pcd("binary"), "a.obj": obj(), "a.off": off(), "ascii.stl": stl(True),
         "binary.stl": stl(False), "a.xyz": text, "a.txt": text, "a.asc": text,
+        "a.xyzn": rows(" 0 0 1").encode(), "a.xyzrgb": rows(" 0 0.5 1").encode(),
         "a.csv": b"x,y,z\n" + text.replace(b" ", b","), "plain.pts": text, "a.pts": pts(),
         "a.ptx": ptx(), "a.npy": saved(lambda file: np.save(file, POINTS)),
         "a.npz": saved(lambda file: np.savez_compressed(file, points=POINTS)),
         "ascii.vtk": vtk("ASCII"), "binary.vtk": vtk("BINARY"),
+        "mesh.vtk": vtk_mesh("ASCII"), "new.vtk": vtk_mesh("BINARY"), "a.vtp": vtk_xml("vtp"),
+        "a.vtu": vtk_xml("vtu"),
         "old.las": las(3, False), "new.las": las(7, False), "old.laz": las(1, True),
         "new.laz": las(6, True), "a.ptx.gz": gzip.compress(ptx(), mtime=0),
         "a.zip": zipped({"a.ptx": ptx(), "b/c.xyz": text, "notes.pdf": b"%"}),

@@ -6,8 +6,12 @@ import argparse
 import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from mvreg.types import ScanSet
+from mvreg.errors import MvregError
+
+if TYPE_CHECKING:
+    from mvreg.types import ScanSet, View
 
 #: Below a run folder, where exports go unless said otherwise.
 FOLDER = "export"
@@ -17,15 +21,7 @@ def export(arguments: Sequence[str]) -> int:
     """Write the poses and the points of a finished run in the formats of other programs."""
     from mvreg.export.table import formats_of, listing
 
-    parser = argparse.ArgumentParser(
-        "mvreg export", description=export.__doc__, epilog=f"formats:\n{listing()}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )  # fmt: skip
-    parser.add_argument("run", nargs="?", type=Path, metavar="RUN", help="a run folder")
-    parser.add_argument("formats", nargs="*", metavar="FORMAT", help="one or more of the below")
-    parser.add_argument("--out", type=Path, metavar="DIR", help="where to; by default RUN/export")
-    parser.add_argument("--scans", type=Path, metavar="DIR", help="where the scans are now")
-    parser.add_argument("--list", action="store_true", help="list the formats, and do nothing else")
+    parser = _parser(listing())
     asked = parser.parse_args(arguments)
     if asked.list:
         sys.stdout.write(listing())
@@ -44,11 +40,38 @@ def export(arguments: Sequence[str]) -> int:
 
         return load_again(run, report, asked.scans)
 
+    def views(scanset: ScanSet) -> Sequence[View]:
+        return views_again(run, report, scanset)
+
     from mvreg.export.run import export as write
 
-    tell(write(report, formats, out, scans))
+    tell(write(report, formats, out, scans, views))
     sys.stdout.write(f"written to {out}: {', '.join(each.name for each in formats)}\n")
     return 0
+
+
+def _parser(formats: str) -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        "mvreg export", description=export.__doc__, epilog=f"formats:\n{formats}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )  # fmt: skip
+    parser.add_argument("run", nargs="?", type=Path, metavar="RUN", help="a run folder")
+    parser.add_argument("formats", nargs="*", metavar="FORMAT", help="one or more of the below")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="where to; by default RUN/export")
+    parser.add_argument("--scans", type=Path, metavar="DIR", help="where the scans are now")
+    parser.add_argument("--list", action="store_true", help="list the formats, and do nothing else")
+    return parser
+
+
+def views_again(run: Path, report: dict[str, Any], scanset: ScanSet) -> Sequence[View]:
+    """The scans of a finished run as its method prepared them; none, and why, where it cannot."""
+    from mvreg.cli.prepared import config_of, views_of
+
+    try:
+        return views_of(config_of(run, report), scanset)
+    except MvregError as error:  # the method's plugin may be gone, or the run of another version
+        tell([f"without residuals: the scans cannot be prepared as they were: {error}"])
+        return ()
 
 
 def tell(remarks: Iterable[str]) -> None:

@@ -74,7 +74,7 @@ def run_job(config: DictConfig, folder: Path) -> Result:
             )  # fmt: skip
             emit(RunFinished(scanset, result, report))
         if formats:
-            tell(export(report, formats, folder / FOLDER, lambda: scanset, views))
+            tell(export(report, formats, folder / FOLDER, lambda: scanset, lambda _: views))
         return result
     except KeyboardInterrupt:
         finished = recorder.finish_interrupted(config.rng, plain)

@@ -33,8 +33,15 @@ def config_of(folder: Path, said: dict[str, Any]) -> DictConfig:
 
 def prepared(config: DictConfig) -> tuple[ScanSet, list[View]]:
     """The scans of a configuration, and as its method prepares them."""
-    from mvreg.run import load_scans, method_from
+    from mvreg.run import load_scans
 
     scanset = load_scans(config, config.rng)
+    return scanset, views_of(config, scanset)
+
+
+def views_of(config: DictConfig, scanset: ScanSet) -> list[View]:
+    """Scans as the method of a configuration prepares them before it registers them."""
+    from mvreg.run import method_from
+
     pipeline = method_from(config).pipeline.checked()
-    return scanset, pipeline.prepare(scanset.scans, np.random.default_rng(config.rng))
+    return pipeline.prepare(scanset.scans, np.random.default_rng(config.rng))

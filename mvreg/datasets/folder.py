@@ -10,13 +10,8 @@ import numpy as np
 
 from mvreg.datasets.base import ScanSource
 from mvreg.datasets.folder_files import Listing, find_files, natural
-from mvreg.datasets.folder_scans import (
-    Reader,
-    ReadFiles,
-    read_all,
-    remark_on_left_out,
-    remarks_of,
-)
+from mvreg.datasets.folder_remarks import remark_on_left_out, remarks_of
+from mvreg.datasets.folder_scans import Reader, ReadFiles, read_all
 from mvreg.datasets.inspection import inspect_scans
 from mvreg.datasets.large import MOST_POINTS
 from mvreg.datasets.no_returns import remark_on_zeros

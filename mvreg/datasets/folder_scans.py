@@ -6,15 +6,16 @@ import re
 from collections.abc import Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import islice
 from pathlib import Path
 
 import numpy as np
 
-from mvreg.datasets.large import held
+from mvreg.datasets.large import held, thinned
 from mvreg.datasets.no_returns import without_zeros
-from mvreg.errors import InputError, NoScanError, few
-from mvreg.io import Format, PointCloud, ReadOptions, iterate_clouds
+from mvreg.errors import InputError, NoScanError
+from mvreg.io import Format, PointCloud, ReadOptions, iterate_clouds, open_pieces
 from mvreg.parallel import in_threads
 from mvreg.types import Array, Scan
 
@@ -120,6 +121,8 @@ def _typical(counts: list[int]) -> float:
 
 def _read(name: str, reader: Reader) -> tuple[ReadScan, ...] | InputError:
     path = reader.folder / name
+    if (large := _in_pieces(name, path, reader)) is not None:
+        return (large,)
     try:
         # One at a time: of a large scan only a part is held.
         found = [
@@ -144,45 +147,37 @@ def _names(file: str, own: Sequence[str]) -> list[str]:
     return [f"{file}:{number}" for number in range(1, len(own) + 1)]
 
 
+def _in_pieces(name: str, path: Path, reader: Reader) -> ReadScan | None:
+    """The scan of a large file without all of it in memory; None where it has to be read whole."""
+    if not reader.most:
+        return None
+    try:
+        pieces = open_pieces(path, reader.options, reader.formats)
+        if pieces is None:
+            return None
+        lasting = path.absolute()
+        found = thinned(pieces, lasting, partial(_again, lasting, 0, reader), reader.most)
+    except (InputError, OSError, MemoryError):
+        return None  # read whole, it says what is wrong
+    if found is None:
+        return None
+    scan = Scan(name, found.cloud.points, view_point=found.cloud.view_point, full=found.full)
+    return ReadScan(scan, found.dropped, found.cloud.remarks, None, (lasting, 0))
+
+
+def _again(path: Path, index: int, reader: Reader) -> PointCloud:
+    """One scan of a file once more."""
+    with closing(iterate_clouds(path, reader.options, reader.formats)) as clouds:
+        return without_zeros(next(islice(clouds, index, None)), path)[0]
+
+
 def _scan(name: str, cloud: PointCloud, index: int, path: Path, reader: Reader) -> ReadScan:
     lasting = path.absolute()  # read again, perhaps from another working directory
-
-    def again() -> PointCloud:
-        with closing(iterate_clouds(lasting, reader.options, reader.formats)) as clouds:
-            return without_zeros(next(islice(clouds, index, None)), lasting)[0]
-
     cloud, dropped = without_zeros(cloud, path)
-    kept, full = held(cloud, lasting, again, reader.most)
+    kept, full = held(cloud, lasting, partial(_again, lasting, index, reader), reader.most)
     scan = Scan(
         name, kept.points, view_point=cloud.view_point,
         up=np.array([0.0, 0.0, 1.0]) if cloud.levelled else None,
         attributes=kept.attributes, full=full,
     )  # fmt: skip
     return ReadScan(scan, dropped, cloud.remarks, cloud.T_world_scan, (lasting, index))
-
-
-def remarks_of(scans: Sequence[ReadScan]) -> tuple[str, ...]:
-    """What the readers said, once for all the scans of which they said the same but for numbers."""
-    said: dict[str, list[str]] = {}
-    for each in scans:
-        for remark in each.remarks:
-            said.setdefault(re.sub(r"\d[\d,.]*", "#", remark), []).append(
-                f"{each.scan.name}: {remark}"
-            )
-    return tuple(
-        first + (f" (and {len(more)} more scan{'s' * (len(more) > 1)} alike)" if more else "")
-        for first, *more in said.values()
-    )
-
-
-def remark_on_left_out(left_out: Mapping[str, str]) -> tuple[str, ...]:
-    """What is said of files that hold no scans: one sentence, or nothing."""
-    if not left_out:
-        return ()
-    reasons: dict[str, list[str]] = {}
-    for name, why in left_out.items():
-        reasons.setdefault(why, []).append(name)
-    shown = [f"{few(names, 2)} ({why})" for why, names in list(reasons.items())[:3]]
-    more = " and others" * (len(reasons) > 3)
-    files = "1 file" if len(left_out) == 1 else f"{len(left_out)} files"
-    return (f"left out {files} without a scan: {', '.join(shown)}{more}",)

@@ -56,6 +56,8 @@ class PointFormat:
         ``write(folder, model)``, see `PointWriter`.
     require : callable, optional
         Raises `InputError` if what the format needs is not installed.
+    residuals : bool
+        Points have their residuals, for which the scans must be prepared.
     """
 
     name: str
@@ -63,6 +65,7 @@ class PointFormat:
     summary: str
     write: PointWriter
     require: Callable[[], object] | None = None
+    residuals: bool = False
 
 
 Format = PoseFormat | PointFormat

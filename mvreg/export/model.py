@@ -51,14 +51,12 @@ class Model:
         """The attributes of the model by name, and their types."""
         return model_kinds(self.scanset, self.poses, self.views)
 
-    @property
-    def spacing(self) -> float:
-        """Mean distance of a point to the nearest other one (length), of the finest scan."""
-        return min(scan.spacing for scan in placed(self.scanset, self.poses))
+    def clouds(self, pieces: bool = False) -> Clouds:
+        """The scans in the frame of the model, one at a time, with their number as `INDEX`.
 
-    def clouds(self) -> Clouds:
-        """The scans in the frame of the model, one at a time, with their number as `INDEX`."""
-        return Clouds(self.scanset, self.poses, self.views)
+        In `pieces` a large one may come as several clouds.
+        """
+        return Clouds(self.scanset, self.poses, self.views, pieces)
 
     def scans(self) -> Iterator[PointCloud]:
         """The scans in the frames of their files, one at a time, with ``T_model_scan``."""
@@ -92,9 +90,10 @@ class Clouds:
     scanset: ScanSet
     poses: Mapping[str, Array]
     views: Sequence[View] = ()
+    pieces: bool = False
 
     def __iter__(self) -> Iterator[PointCloud]:
-        return model_clouds(self.scanset, self.poses, self.views)
+        return model_clouds(self.scanset, self.poses, self.views, self.pieces)
 
 
 def without_index(cloud: PointCloud) -> PointCloud:

@@ -16,26 +16,26 @@ from mvreg.report.model import INDEX
 Kinds = Mapping[str, np.dtype[Any]]
 
 
-def _ply(path: Path, clouds: Iterable[PointCloud], kinds: Kinds, spacing: float) -> list[str]:
+def _ply(path: Path, clouds: Iterable[PointCloud], kinds: Kinds) -> list[str]:
     from mvreg.io import write_ply_clouds
 
     write_ply_clouds(path, clouds, kinds)
     return []
 
 
-def _pcd(path: Path, clouds: Iterable[PointCloud], kinds: Kinds, spacing: float) -> list[str]:
+def _pcd(path: Path, clouds: Iterable[PointCloud], kinds: Kinds) -> list[str]:
     from mvreg.io.pcd_write import write_pcd_clouds
 
     return write_pcd_clouds(path, clouds, kinds)
 
 
-def _las(path: Path, clouds: Iterable[PointCloud], kinds: Kinds, spacing: float) -> list[str]:
+def _las(path: Path, clouds: Iterable[PointCloud], kinds: Kinds) -> list[str]:
     from mvreg.io.las_write import write_las_clouds
 
-    return write_las_clouds(path, clouds, kinds, spacing)
+    return write_las_clouds(path, clouds, kinds)
 
 
-def _e57(path: Path, clouds: Iterable[PointCloud], kinds: Kinds, spacing: float) -> list[str]:
+def _e57(path: Path, clouds: Iterable[PointCloud], kinds: Kinds) -> list[str]:
     from mvreg.io.e57_write import write_e57_scans
 
     write_e57_scans(path, clouds)
@@ -43,16 +43,17 @@ def _e57(path: Path, clouds: Iterable[PointCloud], kinds: Kinds, spacing: float)
 
 
 #: Writers of one cloud, by suffix.
-WRITERS: dict[str, Callable[[Path, Iterable[PointCloud], Kinds, float], list[str]]] = {
+WRITERS: dict[str, Callable[[Path, Iterable[PointCloud], Kinds], list[str]]] = {
     ".ply": _ply, ".pcd": _pcd, ".las": _las, ".laz": _las, ".e57": _e57,
 }  # fmt: skip
 
 
 def _merged(suffix: str) -> Callable[[Path, Model], list[str]]:
     def write(folder: Path, model: Model) -> list[str]:
-        spacing = model.spacing if suffix in (".las", ".laz") else 0.0
         path = folder / f"model{suffix}"
-        return WRITERS[suffix](path, model.clouds(), model.kinds, spacing) + model.filled()
+        # The unit of LAS follows from the spacing, which takes all of a scan to measure.
+        clouds = model.clouds(pieces=suffix in (".ply", ".pcd"))
+        return WRITERS[suffix](path, clouds, model.kinds) + model.filled()
 
     return write
 
@@ -75,13 +76,11 @@ def write_scans(folder: Path, model: Model) -> list[str]:
     """``scans/``: each scan moved by its pose, in the format of its file, or else as PLY."""
     names = stems(model.placements)
     remarks: list[str] = []
-    spacings = {scan.name: scan for scan in model.scanset.scans}
     for cloud in model.clouds():
         suffix = PurePath(cloud.name).suffix.lower()
         suffix = suffix if suffix in WRITERS else ".ply"
         alone = without_index(cloud)
         kinds = {name: values.dtype for name, values in alone.attributes.items() if name != INDEX}
-        spacing = spacings[cloud.name].spacing if suffix in (".las", ".laz") else 0.0
         path = folder / "scans" / f"{names[cloud.name]}{suffix}"
-        remarks += WRITERS[suffix](path, [alone], kinds, spacing)
+        remarks += WRITERS[suffix](path, [alone], kinds)
     return remarks

@@ -18,7 +18,7 @@ def export(
     formats: Iterable[Format],
     folder: Path,
     scans: Callable[[], ScanSet],
-    views: Sequence[View] = (),
+    views: Callable[[ScanSet], Sequence[View]],
 ) -> list[str]:
     """Write a run in some formats.
 
@@ -32,8 +32,9 @@ def export(
         Made if it is missing. The reference's model is here, others in ``component_2``, and so on.
     scans : callable
         Loads the scans; called only if points are wanted.
-    views : sequence of View
-        As they were registered, if they are still there: models have residuals then.
+    views : callable
+        The scans as they were registered, for the residuals of models; called only if a format
+        has these. None may be returned: then points have no residuals.
 
     Returns
     -------
@@ -47,10 +48,13 @@ def export(
     """
     found = placements(report)
     formats = list(formats)
-    scanset = None
+    scanset: ScanSet | None = None
+    registered: Sequence[View] = ()
     if any(isinstance(each, PointFormat) for each in formats):
         scanset = scans()
         _check(scanset, found)
+        if any(isinstance(each, PointFormat) and each.residuals for each in formats):
+            registered = views(scanset)
     remarks = _missing(found)
     for component in found.components:
         below = folder / f"component_{component.number}" if component.number > 1 else folder
@@ -59,7 +63,7 @@ def export(
         except OSError as error:
             raise InputError(f"{below}: cannot be made: {error.strerror or error}") from error
         for each in formats:
-            said = _write(each, below, component, found, scanset, views)
+            said = _write(each, below, component, found, scanset, registered)
             remarks += [f"{each.name}: {remark}" for remark in said]
     return list(dict.fromkeys(remarks))
 

@@ -33,10 +33,13 @@ FORMATS: tuple[Format, ...] = (
     PoseFormat("nerfstudio", "transforms.json", "nerfstudio's, scans as images",
                cameras.write_nerfstudio),
     PointFormat("ply", "model.ply", "merged model, doubles, all attributes",
-                points.write_ply_model),
-    PointFormat("pcd", "model.pcd", "merged model, for PCL", points.write_pcd_model),
-    PointFormat("las", "model.las", "merged model, LAS 1.4", points.write_las_model),
-    PointFormat("laz", "model.laz", "the same, compressed", points.write_laz_model),
+                points.write_ply_model, residuals=True),
+    PointFormat("pcd", "model.pcd", "merged model, for PCL", points.write_pcd_model,
+                residuals=True),
+    PointFormat("las", "model.las", "merged model, LAS 1.4", points.write_las_model,
+                residuals=True),
+    PointFormat("laz", "model.laz", "the same, compressed", points.write_laz_model,
+                residuals=True),
     PointFormat("e57", "model.e57", "all scans in one file, with poses; needs mvreg[e57]",
                 points.write_e57_model, require_pye57),
     PointFormat("e57_poses", "e57_poses/*.e57", "copies of the E57 files that came, poses changed",
@@ -44,7 +47,7 @@ FORMATS: tuple[Format, ...] = (
     PointFormat("ptx", "ptx/NAME.ptx", "each scan in its own frame, pose in the header",
                 write_ptx),
     PointFormat("scans", "scans/NAME.*", "each scan moved, in the format of its file or PLY",
-                points.write_scans),
+                points.write_scans, residuals=True),
 )  # fmt: skip
 #: By name; the second name of one.
 BY_NAME: dict[str, Format] = {each.name: each for each in FORMATS}

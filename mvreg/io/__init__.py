@@ -2,11 +2,13 @@
 
 from mvreg.io.cloud import PointCloud
 from mvreg.io.formats import FORMATS, Format, ReadOptions
+from mvreg.io.pieces import NotInPiecesError, Pieces
 from mvreg.io.ply_write import write_ply, write_ply_clouds
 from mvreg.io.points import (
     READERS,
     SUPPORTED,
     iterate_clouds,
+    open_pieces,
     read_cloud,
     read_clouds,
     read_points,
@@ -18,9 +20,12 @@ __all__ = [
     "READERS",
     "SUPPORTED",
     "Format",
+    "NotInPiecesError",
+    "Pieces",
     "PointCloud",
     "ReadOptions",
     "iterate_clouds",
+    "open_pieces",
     "read_cloud",
     "read_clouds",
     "read_points",

@@ -12,6 +12,7 @@ from uuid import uuid4
 import numpy as np
 
 from mvreg.errors import InputError
+from mvreg.geometry.nearest import build_tree, mean_spacing, neighbours_of
 from mvreg.io.cloud import PointCloud
 from mvreg.types import Array
 from mvreg.types.attributes import Values
@@ -62,6 +63,35 @@ def survey(clouds: Iterable[PointCloud], path: Path) -> Survey:
     if not found.count:
         raise InputError(f"{path}: expected at least one point to write, got none")
     return found
+
+
+def survey_spacing(clouds: Iterable[PointCloud], path: Path) -> tuple[Survey, float]:
+    """As `survey`, and the spacing of the finest cloud; 0 where all points are in one place."""
+    spacings: list[float] = []
+
+    def measured() -> Iterator[PointCloud]:
+        for cloud in clouds:
+            spacings.append(spacing_of(cloud.points))
+            yield cloud
+
+    seen = survey(measured(), path)
+    return seen, min((each for each in spacings if each > 0), default=0.0)
+
+
+def spacing_of(points: Array) -> float:
+    """Mean distance of a point to the nearest one in another place (length), of the points written.
+
+    Scans are held thinned where they are large: their own spacing is not that of all their points.
+    As files round coordinates, several points may be in one place: these are passed over.
+    """
+    if len(points) < 2:
+        return 0.0
+    ranks = min(8, len(points))
+    asked = points[:: -(-len(points) // 5000)]
+    distances, _ = neighbours_of(build_tree(points), asked, ranks)
+    apart = np.where(distances > 0, distances, np.inf).min(axis=1)
+    known = apart[np.isfinite(apart)]
+    return float(known.mean()) if len(known) else mean_spacing(points)
 
 
 def numbered(word: str, taken: Collection[str]) -> str:

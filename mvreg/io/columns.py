@@ -44,11 +44,32 @@ def attributes_of(
     return found
 
 
+def telling_rows(table: Array) -> Array:
+    """Some rows of a table, of which `attributes_of` makes out what it would of all of them.
+
+    Of each column one row that is least, largest, no whole number, and NaN; and that whose last
+    three of six columns are the least like a unit vector.
+    """
+    rows: list[int] = []
+    for values in table.T:
+        lost = np.isnan(values)
+        broken = ~lost & (values != np.floor(values))
+        rows += [int(mask.argmax()) for mask in (lost, broken) if mask.any()]
+        if not lost.all():
+            rows += [int(np.nanargmin(values)), int(np.nanargmax(values))]
+    if table.shape[1] == 6 and len(table):
+        lengths = np.linalg.norm(table[:, 3:], axis=1)
+        rows.append(int(np.where(lengths > 0, np.abs(lengths - 1), -1.0).argmax()))
+    return table[sorted(set(rows))]
+
+
 def _guessed(table: Array, axes: Sequence[int]) -> list[str]:
     """Names for columns without any: the likeliest colours, and numbers for the others."""
     names = [f"column_{column + 1}" for column in range(table.shape[1])]
     if tuple(axes) != (0, 1, 2) or not len(table):
         return names
+    if table.shape[1] == 7 and (table[:, 6] == 255).all() and _like_colours(table[:, 3:6]):
+        return [*names[:3], *COLOURS, "alpha"]  # as trimesh writes them
     # As PTS has it, a brightness stands before the colours.
     for first in {6: (3,), 7: (4, 3)}.get(table.shape[1], ()):
         if _like_colours(table[:, first : first + 3]):

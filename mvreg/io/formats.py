@@ -15,13 +15,18 @@ from mvreg.io.las import read_las
 from mvreg.io.obj import read_obj
 from mvreg.io.off import read_off
 from mvreg.io.pcd import read_pcd
+from mvreg.io.pcd_pieces import pcd_pieces
+from mvreg.io.pieces import Pieces
 from mvreg.io.ply import read_ply
+from mvreg.io.ply_pieces import ply_pieces
 from mvreg.io.pts import read_pts
 from mvreg.io.ptx import read_ptx
 from mvreg.io.stl import read_stl
-from mvreg.io.text import read_text
+from mvreg.io.text import read_text, text_pieces
 from mvreg.io.vtk import read_vtk
+from mvreg.io.vtk_xml import read_vtk_xml
 from mvreg.types import Array
+from mvreg.types.attributes import COLOURS, NORMALS
 
 
 @dataclass(frozen=True)
@@ -55,11 +60,15 @@ class Format:
         In lower case, with the point.
     read : callable
         ``read(path, options)``: the scans in a file, see `Reader`.
+    pieces : callable, optional
+        ``pieces(path, options)``: the only scan of a file piece by piece, see `Pieces`, or
+        `NotInPiecesError`.
     """
 
     name: str
     suffixes: tuple[str, ...]
     read: Reader
+    pieces: Callable[[Path, ReadOptions], Pieces] | None = None
 
 
 def several(reader: Callable[[Path], Iterable[PointCloud]]) -> Reader:
@@ -81,24 +90,35 @@ def single(reader: Callable[[Path], Array | PointCloud]) -> Reader:
     return read
 
 
+def text(name: str, suffixes: tuple[str, ...], columns: Sequence[str] = ()) -> Format:
+    """Tables of text whose columns are these, unless the user says otherwise."""
+
+    def read(path: Path, options: ReadOptions) -> Sequence[PointCloud]:
+        return (read_text(path, options.columns or columns),)
+
+    def pieces(path: Path, options: ReadOptions) -> Pieces:
+        return text_pieces(path, options.columns or columns)
+
+    return Format(name, suffixes, read, pieces)
+
+
 #: The formats that come with mvreg.
 FORMATS: tuple[Format, ...] = (
-    Format("PLY", (".ply",), single(read_ply)),
-    Format("PCD", (".pcd",), single(read_pcd)),
+    Format("PLY", (".ply",), single(read_ply), lambda path, options: ply_pieces(path)),
+    Format("PCD", (".pcd",), single(read_pcd), lambda path, options: pcd_pieces(path)),
     Format("OBJ", (".obj",), single(read_obj)),
     Format("OFF", (".off",), single(read_off)),
     Format("STL", (".stl",), single(read_stl)),
-    Format(
-        "text",
-        (".xyz", ".txt", ".csv", ".asc"),
-        lambda path, options: (read_text(path, options.columns),),
-    ),
+    text("text", (".xyz", ".txt", ".csv", ".asc")),
+    text("text with normals", (".xyzn",), (*"xyz", *NORMALS)),
+    text("text with colours", (".xyzrgb",), (*"xyz", *COLOURS)),
     Format("PTS", (".pts",), lambda path, options: read_pts(path, options.columns)),
     Format("PTX", (".ptx",), several(read_ptx)),
     Format("LAS", (".las", ".laz"), single(read_las)),
     Format("E57", (".e57",), several(read_e57)),
     Format("glTF", (".glb", ".gltf"), single(read_gltf)),
     Format("VTK", (".vtk",), single(read_vtk)),
+    Format("VTK XML", (".vtp", ".vtu"), single(read_vtk_xml)),
     Format("NumPy", (".npy", ".npz"), single(read_npy)),
 )
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mvreg.io.cloud import PointCloud
-from mvreg.io.cloud_stream import ROWS, Survey, replaced, survey
+from mvreg.io.cloud_stream import ROWS, Survey, replaced, survey_spacing
 from mvreg.types import Array
 from mvreg.types.attributes import COLOURS, Values
 
@@ -56,14 +56,13 @@ def write_las_clouds(
     path: str | Path,
     clouds: Iterable[PointCloud],
     kinds: Mapping[str, np.dtype[Any]],
-    spacing: float,
 ) -> list[str]:
     """Write clouds into one file, one after the other; only one need be in memory at a time.
 
     LAS 1.4, point format 6, or 7 with colours. Scale and offset are chosen for these points, see
-    `scale_for`: coordinates are kept to half a thousandth of the spacing. Colours of 8 bits are
-    spread over 16, times 257, as the specification wants them. Attributes that LAS has no place
-    for, or whose values do not fit there, are "extra bytes" of their own type.
+    `scale_for`: coordinates are kept to half a thousandth of the spacing of the finest cloud.
+    Colours of 8 bits are spread over 16, times 257, as the specification wants them. Attributes
+    that LAS has no place for, or whose values do not fit there, are "extra bytes" of their type.
 
     Parameters
     ----------
@@ -74,8 +73,6 @@ def write_las_clouds(
         the type is whole.
     kinds : mapping of str to dtype
         The attributes and their types.
-    spacing : float
-        Mean distance of a point to the nearest other one (length).
 
     Returns
     -------
@@ -90,7 +87,7 @@ def write_las_clouds(
     import laspy
 
     path = Path(path)
-    seen = survey(clouds, path)
+    seen, spacing = survey_spacing(clouds, path)
     extent = float((seen.upper - seen.lower).max())
     scale = scale_for(spacing, extent)
     coloured = set(COLOURS) <= kinds.keys()

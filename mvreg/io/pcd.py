@@ -41,9 +41,14 @@ def read_pcd(path: Path) -> PointCloud:
     kinds = {"ascii": _ascii, "binary": _binary, "binary_compressed": _compressed}
     values = kinds[header.data](data, header, path)
     points = stacked(values)
+    attributes = with_usual_names(values)
+    return PointCloud(points, header.view_point, attributes, remarks=remarks_on(header))
+
+
+def remarks_on(header: PcdHeader) -> tuple[str, ...]:
+    """What is said of fields that are left out."""
     lists = [f"{f.name} ({f.count} values)" for f in header.fields if f.count > 1 and f.name != "_"]
-    remarks = (f"fields left out: {', '.join(lists)}",) if lists else ()
-    return PointCloud(points, header.view_point, with_usual_names(values), remarks=remarks)
+    return (f"fields left out: {', '.join(lists)}",) if lists else ()
 
 
 def _ascii(data: bytes, header: PcdHeader, path: Path) -> dict[str, Values]:
@@ -59,6 +64,11 @@ def _ascii(data: bytes, header: PcdHeader, path: Path) -> dict[str, Values]:
         raise _truncated(path, f"{len(table)} lines", header)
     if len(table) > header.points or data[end:].strip(b" \t\r\n\0\x1a"):
         raise _more(path, "further lines", header)
+    return columns_of(table, header)
+
+
+def columns_of(table: Array, header: PcdHeader) -> dict[str, Values]:
+    """The fields of one value, each (N,), from the numbers of lines."""
     names = [f.name for f in header.fields for _ in range(f.count)]
     return {f.name: _typed(table[:, names.index(f.name)], f) for f in header.scalars}
 

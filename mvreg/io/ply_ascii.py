@@ -27,13 +27,18 @@ def read_ascii(data: bytes, header: Header, path: Path) -> dict[str, Values]:
         With file, line and reason.
     """
     vertex = header.elements[header.vertex_index]
-    names = [p.name for p in vertex.properties if p.count is None]
     if header.newline == b"\r":
         data = data.replace(b"\r", b"\n")
     start, first = _skip(data, header, path)
     table = _clean(data, start, header)
     if table is None:
         table = _line_by_line(data[start:].decode("latin-1"), first, header, path)
+    return columns_of(table, vertex, path)
+
+
+def columns_of(table: Array, vertex: Element, path: Path) -> dict[str, Values]:
+    """The scalar properties of vertices, each (N,), from the numbers of their lines."""
+    names = [p.name for p in vertex.properties if p.count is None]
     kinds = {p.name: np.dtype(code_of(p.type, path)) for p in vertex.scalars}
     columns = {name: table[:, names.index(name)] for name in kinds}
     return {

@@ -6,6 +6,7 @@ import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -43,6 +44,30 @@ def read_binary(data: bytes, header: Header, path: Path) -> dict[str, Values]:
     return body.table(vertex, offset, last)
 
 
+def record_of(vertex: Element, order: str, path: Path) -> np.dtype[Any]:
+    """The scalar properties within a record of vertices without lists, of a byte order."""
+    codes = [code_of(p.type, path) for p in vertex.properties]
+    starts = np.cumsum([0, *(int(code[1]) for code in codes)]).tolist()
+    names = [p.name for p in vertex.properties]
+    kept = [names.index(p.name) for p in vertex.scalars]
+    return np.dtype(
+        {
+            "names": [names[i] for i in kept],
+            "formats": [order + codes[i] for i in kept],
+            "offsets": [starts[i] for i in kept],
+            "itemsize": starts[-1],
+        }
+    )
+
+
+def native(table: Values) -> dict[str, Values]:
+    """The fields of records (N,), each by itself in the byte order of the machine."""
+    return {
+        name: table[name].astype(table.dtype[name].newbyteorder("="))
+        for name in table.dtype.names or ()
+    }
+
+
 @dataclass(frozen=True)
 class _Body:
     """The bytes of a file, their order ("<" or ">"), and its name for the errors."""
@@ -53,18 +78,7 @@ class _Body:
 
     def table(self, vertex: Element, offset: int, last: bool) -> dict[str, Values]:
         """The vertices, where all records have one size."""
-        codes = [code_of(p.type, self.path) for p in vertex.properties]
-        starts = np.cumsum([0, *(int(code[1]) for code in codes)]).tolist()
-        names = [p.name for p in vertex.properties]
-        kept = [names.index(p.name) for p in vertex.scalars]
-        record = np.dtype(
-            {
-                "names": [names[i] for i in kept],
-                "formats": [self.order + codes[i] for i in kept],
-                "offsets": [starts[i] for i in kept],
-                "itemsize": starts[-1],
-            }
-        )
+        record = record_of(vertex, self.order, self.path)
         left = len(self.data) - offset - vertex.count * record.itemsize
         if left < 0:
             raise self._truncated((len(self.data) - offset) // record.itemsize, vertex)
@@ -75,7 +89,7 @@ class _Body:
                 f"{vertex.count} vertices, got {left} more bytes; the header's count is wrong"
             )
         table = np.frombuffer(self.data, record, vertex.count, offset)
-        return {name: table[name].astype(codes[names.index(name)]) for name in record.names or ()}
+        return native(table)
 
     def skip(self, element: Element, offset: int) -> int:
         """The byte after an element that is of no interest."""

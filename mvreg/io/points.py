@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Generator, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from mvreg.io.cloud import PointCloud
 from mvreg.io.compressed import with_compressed
 from mvreg.io.formats import FORMATS, Format, ReadOptions, by_suffix, format_of
 from mvreg.io.mesh_points import with_points_on_triangles
+from mvreg.io.pieces import NotInPiecesError, Pieces
 from mvreg.types import Array
 
 #: The formats that come with mvreg by lower-case suffix.
@@ -123,6 +124,35 @@ def iterate_clouds(
         raise InputError(f"{path}: asks for more memory than there is; is it damaged?") from error
     if nothing:
         raise InputError(f"{path}: expected at least one scan, found none; leave this file out")
+
+
+def open_pieces(
+    path: str | Path,
+    options: ReadOptions | None = None,
+    formats: Mapping[str, Format] | None = None,
+) -> Pieces | None:
+    """The only scan of a file piece by piece; None where it has to be read whole.
+
+    As `iterate_clouds` would read it, but with points that are not finite; `NotInPiecesError` may
+    come on the way, and whatever error is met.
+    """
+    path = Path(path)
+    known = READERS if formats is None else with_compressed(formats)
+    opened = format_of(path, known).pieces
+    if opened is None:
+        return None
+    try:
+        pieces: Pieces = _quietly(opened, path, options or ReadOptions())
+    except NotInPiecesError:
+        return None
+    again = pieces.again
+    pieces.clouds, pieces.again = _each_quietly(pieces.clouds), lambda: _each_quietly(again())
+    return pieces
+
+
+def _each_quietly(pieces: Iterator[PointCloud]) -> Iterator[PointCloud]:
+    while (piece := _quietly(next, pieces, None)) is not None:
+        yield piece
 
 
 def _quietly(function: Callable[..., Any], *given: Any) -> Any:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import codecs
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,16 +11,13 @@ import numpy as np
 from mvreg.errors import InputError, NoScanError
 from mvreg.io.cloud import PointCloud
 from mvreg.io.column_names import axes_named, split_heading
-from mvreg.io.columns import attributes_of, counters, poses_in
-from mvreg.io.text_layout import Layout, find_layout
-from mvreg.io.text_rows import parse_table
+from mvreg.io.columns import attributes_of, counters, poses_in, telling_rows
+from mvreg.io.pieces import NotInPiecesError, Pieces
+from mvreg.io.text_layout import Layout
+from mvreg.io.text_stream import TextTable, open_table
 from mvreg.types import Array
+from mvreg.types.attributes import Values
 
-#: The longer mark first: that of UTF-32 begins with that of UTF-16.
-_MARKS = {
-    codecs.BOM_UTF32_LE: "utf-32", codecs.BOM_UTF32_BE: "utf-32",
-    codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16",
-}  # fmt: skip
 #: In `columns`, a column that is not wanted.
 SKIP = "_"
 
@@ -58,30 +54,76 @@ def read_text(path: Path, columns: Sequence[str] = ()) -> PointCloud:
     InputError
         With file, line and reason.
     """
-    data = _as_utf8(path.read_bytes(), path)
-    data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-    layout = find_layout(data, path)
-    chosen = _told(columns, layout, path) if columns else _found(layout, path)
-    table = parse_table(data, layout, chosen.axes, path)
-    del data
+    source = open_table(path)
+    chosen = _chosen(columns, source.layout, path)
+    table = np.concatenate([*source.rows(chosen.axes)])
     if not columns and (what := poses_in(table, chosen.names)):
         raise NoScanError(f"{path}: expected points, found {what}; leave this file out")
     points = np.ascontiguousarray(table[:, chosen.axes])
+    lost = int(np.isnan(points).any(axis=1).sum())
     return PointCloud(
         points,
-        attributes=attributes_of(table, chosen.axes, chosen.names, chosen.skip),
-        remarks=(*_missing(points), *([] if chosen.named else _doubts(table, chosen))),
+        attributes=_attributes(table, chosen),
+        remarks=(*_missing(lost, len(points)), *([] if chosen.named else _doubts(table, chosen))),
     )
 
 
-def _as_utf8(data: bytes, path: Path) -> bytes:
-    for mark, encoding in _MARKS.items():
-        if data.startswith(mark):
-            try:
-                return data.decode(encoding).encode()
-            except UnicodeError as error:
-                raise InputError(f"{path}: expected text in {encoding}: {error}") from error
-    return data.removeprefix(codecs.BOM_UTF8)
+def text_pieces(path: Path, columns: Sequence[str] = ()) -> Pieces:
+    """The same table piece by piece.
+
+    Raises
+    ------
+    NotInPiecesError
+        If it has no three numbers in a row, or the columns are not those told. Read whole, it says
+        so.
+    """
+    try:
+        source = open_table(path)
+        chosen = _chosen(columns, source.layout, path)
+    except InputError as error:
+        raise NotInPiecesError from error
+    telling: list[Array] = []
+    count = int(path.stat().st_size / max(1.0, source.row_length))
+    found = Pieces(lambda: _clouds(open_table(path), chosen, np.concatenate(telling)), count)
+    found.clouds = _points(source, chosen, bool(columns), found, telling)
+    return found
+
+
+def _points(
+    source: TextTable, chosen: _Columns, told: bool, found: Pieces, telling: list[Array]
+) -> Iterator[PointCloud]:
+    """The points of each piece; what all rows say besides is kept: some of them tell."""
+    poses, lost, rows = not told, 0, 0
+    for table in source.rows(chosen.axes):
+        if not telling and not chosen.named:
+            found.remarks += _doubts(table, chosen)
+        telling.append(telling_rows(table))
+        poses = poses and bool(poses_in(table, chosen.names))
+        points = np.ascontiguousarray(table[:, chosen.axes])
+        lost, rows = lost + int(np.isnan(points).any(axis=1).sum()), rows + len(points)
+        yield PointCloud(points)
+    if poses:
+        raise NotInPiecesError
+    found.remarks = [*_missing(lost, rows), *found.remarks]
+    found.add_kinds(_attributes(np.concatenate(telling), chosen))
+
+
+def _clouds(source: TextTable, chosen: _Columns, telling: Array) -> Iterator[PointCloud]:
+    """All pieces with their attributes, which beside the rows that tell are those of the whole."""
+    for table in source.rows(chosen.axes):
+        values = _attributes(np.concatenate([table, telling]), chosen)
+        yield PointCloud(
+            np.ascontiguousarray(table[:, chosen.axes]),
+            attributes={name: column[: len(table)] for name, column in values.items()},
+        )
+
+
+def _attributes(table: Array, chosen: _Columns) -> dict[str, Values]:
+    return attributes_of(table, chosen.axes, chosen.names, chosen.skip)
+
+
+def _chosen(columns: Sequence[str], layout: Layout, path: Path) -> _Columns:
+    return _told(columns, layout, path) if columns else _found(layout, path)
 
 
 def check_columns(columns: Sequence[str]) -> None:
@@ -132,9 +174,8 @@ def _found(layout: Layout, path: Path) -> _Columns:
     return _Columns((x, y, z), named, layout.words, named=False)
 
 
-def _missing(points: Array) -> list[str]:
-    lost = int(np.isnan(points).any(axis=1).sum())
-    return [f"left out {lost:,} of {len(points):,} rows without coordinates"] if lost else []
+def _missing(lost: int, rows: int) -> list[str]:
+    return [f"left out {lost:,} of {rows:,} rows without coordinates"] if lost else []
 
 
 def _doubts(table: Array, chosen: _Columns) -> list[str]:

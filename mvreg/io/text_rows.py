@@ -14,8 +14,8 @@ from mvreg.kernels.text import parse_rows
 from mvreg.types import Array
 
 
-def parse_table(data: bytes, layout: Layout, axes: Sequence[int], path: Path) -> Array:
-    """All rows (N, columns) from where the layout says that they begin.
+def parse_table(body: bytes, number: int, layout: Layout, axes: Sequence[int], path: Path) -> Array:
+    """Some rows (N, columns), whole lines, of which the first has a number.
 
     Clean tables are the kernel's; where it finds anything else, each line is looked at. Of a row
     only the columns `axes` must be there, and be numbers or say that there is none; NaN stands for
@@ -26,25 +26,27 @@ def parse_table(data: bytes, layout: Layout, axes: Sequence[int], path: Path) ->
     InputError
         With file, line and reason.
     """
-    body = data[layout.start :].rstrip(b" \t\n\0\x1a")
+    body = body.rstrip(b" \t\n\0\x1a")
+    if not body:
+        return np.empty((0, layout.columns))
     if layout.is_plain:
         plain = _translated(body, layout)
         found = parse_rows(plain, 0, plain.count(b"\n") + 1, layout.columns)
         if found is not None:
             return found[0]
-    return parse_lines(body, layout, axes, path)
+    return parse_lines(body, number, layout, axes, path)
 
 
-def parse_lines(body: bytes, layout: Layout, axes: Sequence[int], path: Path) -> Array:
+def parse_lines(body: bytes, number: int, layout: Layout, axes: Sequence[int], path: Path) -> Array:
     """The same of rows that the kernel does not take, line by line."""
     rows = []
     blanks, plain_too = layout.blanks, layout.is_plain
-    for number, raw in enumerate(body.split(b"\n"), layout.number):
+    for at, raw in enumerate(body.split(b"\n"), number):
         line = raw.decode("utf-8", "replace").strip()
         if not line or line.startswith(COMMENT):
             continue
         row = _clean_row(line.translate(blanks), layout.columns) if plain_too else None
-        rows.append(row or _row(line, number, layout, axes, path))
+        rows.append(row or _row(line, at, layout, axes, path))
     return np.array(rows, dtype=np.float64).reshape(-1, layout.columns)
 
 

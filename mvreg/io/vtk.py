@@ -1,103 +1,177 @@
-"""Read the points of legacy VTK files.
+"""Read legacy VTK files: points, their data, and the faces of meshes.
 
-Ours, as VTK's own package is large and the points of its files are simple.
+Ours, as VTK's own package is large, and meshio 5.3 reads no POLYDATA.
 """
 
 from __future__ import annotations
 
-import re
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
-from mvreg.errors import InputError
-from mvreg.io.stations import Lines
-from mvreg.io.table import excerpt, parse_lines
-from mvreg.kernels.text import parse_rows
+from mvreg.errors import InputError, few
+from mvreg.io.cloud import PointCloud
+from mvreg.io.vtk_arrays import attributes_of
+from mvreg.io.vtk_cells import LINES, POLYGON, STRIP, Cells, counted, surface
+from mvreg.io.vtk_data import DATA, read_data, read_fields
+from mvreg.io.vtk_words import Words
 from mvreg.types import Array
+from mvreg.types.attributes import Values
 
-_TYPES = {
-    "char": "i1", "unsigned_char": "u1", "short": "i2", "unsigned_short": "u2", "int": "i4",
-    "unsigned_int": "u4", "long": "i8", "unsigned_long": "u8", "float": "f4", "double": "f8",
-}  # fmt: skip
 _KINDS = ("POLYDATA", "UNSTRUCTURED_GRID", "STRUCTURED_GRID")
-_POINTS = re.compile(r"points\s+(\d{1,18})\s+(\w+)\s*", re.IGNORECASE)
+#: Lists of cells, and the type of these.
+_LISTS = {"VERTICES": 2, "LINES": LINES, "POLYGONS": POLYGON, "TRIANGLE_STRIPS": STRIP, "CELLS": 0}
 
 
-def read_vtk(path: Path) -> Array:
-    """Read the points (N, 3) of a POLYDATA, UNSTRUCTURED_GRID or STRUCTURED_GRID.
+@dataclass
+class _Found:
+    """What was read so far."""
 
-    Cells and data of points are not read.
+    points: Array | None = None
+    cells: list[Cells] = field(default_factory=list)
+    kinds: Values | None = None
+    attributes: dict[str, Values] = field(default_factory=dict)
+    remarks: list[str] = field(default_factory=list)
+
+
+def read_vtk(path: Path) -> PointCloud:
+    """Read a POLYDATA, UNSTRUCTURED_GRID or STRUCTURED_GRID, of version 1 to 5.1.
+
+    Data of points become attributes; polygons, strips and flat cells become triangles. What is
+    left out, data of cells and cells without a surface, a remark says.
 
     Raises
     ------
     InputError
         With file, line or byte, and reason.
     """
-    data = path.read_bytes()
-    lines = Lines(data, path)
-    if not lines.peek().startswith("# vtk DataFile"):
-        raise lines.error("'# vtk DataFile Version'")
-    lines.next()
-    lines.next()  # the title
-    kind = lines.peek().strip().upper()
+    words = Words(path.read_bytes(), path)
+    _read_header(words)
+    found = _Found()
+    while section := words.section():
+        name = section[0].upper()
+        if name == "METADATA":
+            words.skip_metadata()
+        elif name in _SECTIONS:
+            _SECTIONS[name](words, section, found)
+        elif name in DATA:
+            _read_data(words, section, found)
+        else:
+            raise words.error(f"one of {', '.join([*_SECTIONS, *DATA])}")
+    if found.points is None:
+        raise words.error("a line 'POINTS COUNT TYPE'")
+    return _cloud(found, found.points, path)
+
+
+def _read_header(words: Words) -> None:
+    if not words.peek().startswith("# vtk DataFile"):
+        raise words.error("'# vtk DataFile Version'")
+    words.next()
+    words.next()  # the title
+    kind = words.peek().strip().upper()
     if kind not in ("ASCII", "BINARY"):
-        raise lines.error("ASCII or BINARY")
-    lines.next()
-    while (found := _POINTS.fullmatch(lines.peek())) is None:
-        words = lines.peek().split()
-        if (
-            words
-            and words[0].upper() == "DATASET"
-            and words[1:2] != []
-            and (words[1].upper() not in _KINDS)
-        ):
-            raise lines.error(f"DATASET {', '.join(_KINDS)}")
-        if lines.at >= len(data):
-            raise lines.error("a line 'POINTS COUNT TYPE'")
-        lines.next()
-    count, number = int(found[1]), found[2].lower()
-    if number not in _TYPES:
-        raise lines.error(f"POINTS of type {', '.join(_TYPES)}")
+        raise words.error("ASCII or BINARY")
+    words.binary = kind == "BINARY"
+    words.next()
+
+
+def _cloud(found: _Found, points: Array, path: Path) -> PointCloud:
+    if found.kinds is not None and found.cells:
+        last = replace(found.cells[-1], kinds=found.kinds)
+        found.cells[-1] = last.checked(len(points), f"{path}, CELL_TYPES")
+    faces, remarks = surface(found.cells)
+    return PointCloud(
+        points,
+        attributes=found.attributes,
+        triangles=faces,
+        remarks=(*found.remarks, *remarks),
+    )
+
+
+def _count(words: Words, section: list[str], place: int, expected: str) -> int:
+    if len(section) <= place or not (section[place].isdecimal() and len(section[place]) < 16):
+        raise words.error(f"'{expected}'")
+    return int(section[place])
+
+
+def _dataset(words: Words, section: list[str], found: _Found) -> None:
+    if section[1:2] == [] or section[1].upper() not in _KINDS:
+        raise words.error(
+            f"DATASET {', '.join(_KINDS)}; others are no scans, convert it to one of these"
+        )
+    words.next()
+
+
+def _points(words: Words, section: list[str], found: _Found) -> None:
+    count = _count(words, section, 1, "POINTS COUNT TYPE")
+    if len(section) < 3 or found.points is not None:
+        raise words.error("'POINTS COUNT TYPE' once")
     if not count:
-        raise InputError(f"{path}: the header announces no points; leave this file out")
-    lines.next()
-    return _binary(lines, count, number) if kind == "BINARY" else _ascii(lines, count)
+        raise InputError(f"{words.path}: the header announces no points; leave this file out")
+    words.next()
+    values = words.numbers(3 * count, section[2], "coordinates")
+    if len(values) != 3 * count:
+        raise words.error("coordinates that are numbers")
+    found.points = values.astype(np.float64).reshape(-1, 3)
 
 
-def _binary(lines: Lines, count: int, number: str) -> Array:
-    record = np.dtype(">" + _TYPES[number])
-    left = len(lines.data) - lines.at
-    if count * 3 * record.itemsize > left:
-        raise InputError(
-            f"{lines.path}, byte {len(lines.data)}: the file ends after "
-            f"{left // (3 * record.itemsize)} of {count} points; it is truncated"
-        )
-    values = np.frombuffer(lines.data, record, 3 * count, lines.at)
-    return values.reshape(-1, 3).astype(np.float64)
+def _cells(words: Words, section: list[str], found: _Found) -> None:
+    """A list of cells: up to version 4.2 each with its size, then offsets and connectivity."""
+    name, expected = section[0].upper(), f"{section[0].upper()} COUNT SIZE"
+    count, size = _count(words, section, 1, expected), _count(words, section, 2, expected)
+    words.next()
+    where = f"{words.path}, {name}"
+    if words.data.startswith(b"OFFSETS", words.at):  # not as words: what follows may be binary
+        parts = []
+        for part, length in (("OFFSETS", count), ("CONNECTIVITY", size)):
+            line = words.section()
+            if line[:1] != [part] or len(line) < 2:
+                raise words.error(f"'{part} TYPE'")
+            words.next()
+            parts.append(words.numbers(length, line[1], part.lower()).astype(np.int64))
+        cells = Cells(parts[1], parts[0][1:], _LISTS[name])
+    else:
+        numbers = words.numbers(size, "int", "corners of cells")
+        cells = Cells(*counted(numbers, count, where), _LISTS[name])
+    points = 0 if found.points is None else len(found.points)
+    found.cells.append(cells.checked(points, where))
 
 
-def _ascii(lines: Lines, count: int) -> Array:
-    """Numbers may be broken into lines anywhere; VTK writes three points a line."""
-    rest = lines.data[lines.at :]
-    if count * 6 > len(rest) + 1:
-        raise InputError(
-            f"{lines.path}, line {lines.number}: {count} points are announced, but only "
-            f"{len(rest)} bytes follow; the file is truncated or the number is wrong"
-        )
-    # Whatever follows the points begins with a word; that of another number is no letter's.
-    end = re.search(rb"[\r\n][ \t]*(?!nan|inf)[A-Za-z]", rest, re.IGNORECASE)
-    words = rest[: end.start() if end else len(rest)].split()
-    if len(words) != 3 * count:
-        raise InputError(
-            f"{lines.path}, line {lines.number}: expected {count} points, {3 * count} numbers; "
-            f"found {len(words)}, the last {excerpt(words[-1].decode('latin-1')) if words else ''}"
-        )
-    parsed = parse_rows(b"\n".join(words), 0, len(words), 1)
-    if parsed is None:
-        numbered = ((lines.number, word.decode("latin-1")) for word in words)
-        table = parse_lines(numbered, 1, lines.path)
-        if len(table) != 3 * count:
-            raise lines.error(f"{count} points")
-        return table.reshape(-1, 3)
-    return parsed[0].reshape(-1, 3)
+def _cell_types(words: Words, section: list[str], found: _Found) -> None:
+    count = _count(words, section, 1, "CELL_TYPES COUNT")
+    words.next()
+    found.kinds = words.numbers(count, "int", "types of cells").astype(np.int64)
+
+
+def _skip_dimensions(words: Words, section: list[str], found: _Found) -> None:
+    words.next()
+
+
+def _skip_fields(words: Words, section: list[str], found: _Found) -> None:
+    names = [each.name for each in read_fields(words, section)]
+    found.remarks.append(f"left out data of the whole file: {few(names)}")
+
+
+def _read_data(words: Words, section: list[str], found: _Found) -> None:
+    count = _count(words, section, 1, f"{section[0]} COUNT")
+    of_points = section[0].upper() == "POINT_DATA"
+    if of_points and (found.points is None or count != len(found.points)):
+        have = 0 if found.points is None else len(found.points)
+        raise words.error(f"POINT_DATA {have}, as many as there are POINTS before it")
+    words.next()
+    arrays, left_out = read_data(words, count)
+    if of_points:
+        found.attributes |= attributes_of(arrays)
+    else:
+        left_out += [each.name for each in arrays]
+    if left_out:
+        of = "points" if of_points else "cells"
+        found.remarks.append(f"left out data of {of}: {few(left_out)}")
+
+
+_SECTIONS: dict[str, Callable[[Words, list[str], _Found], None]] = {
+    "DATASET": _dataset, "POINTS": _points, **dict.fromkeys(_LISTS, _cells),
+    "CELL_TYPES": _cell_types, "DIMENSIONS": _skip_dimensions, "FIELD": _skip_fields,
+}  # fmt: skip

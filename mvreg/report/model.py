@@ -12,7 +12,7 @@ from mvreg.geometry import se3
 from mvreg.geometry.nearest import nearest
 from mvreg.io import PointCloud
 from mvreg.types import Array, Scan, ScanSet, View
-from mvreg.types.attributes import COLOURS, Values, turned
+from mvreg.types.attributes import COLOURS, Attributes, Values, turned
 
 #: The number of a point's scan among the scans of the run, from 0, in the order of the report.
 INDEX = "scan_index"
@@ -42,7 +42,10 @@ def model_kinds(
 
 
 def model_clouds(
-    scanset: ScanSet, poses: Mapping[str, Array], views: Sequence[View] = ()
+    scanset: ScanSet,
+    poses: Mapping[str, Array],
+    views: Sequence[View] = (),
+    pieces: bool = False,
 ) -> Iterator[PointCloud]:
     """The placed scans in the frame of the poses, one at a time, in the order of the set.
 
@@ -55,6 +58,8 @@ def model_clouds(
     views : sequence of View
         As they were registered, to measure residuals by: the root mean square distance of the
         nearest registration point, NaN where it touches no other scan.
+    pieces : bool
+        A scan that is read again may come as several clouds, one after the other.
 
     Yields
     ------
@@ -71,20 +76,29 @@ def model_clouds(
     by_name = {view.name: view for view in views}
     numbers = {scan.name: number for number, scan in enumerate(scanset.scans)}
     for scan in placed(scanset, poses):
-        points, attributes = scan.full() if scan.full else (scan.points, scan.attributes)
-        pose = poses[scan.name]
-        values = {
-            name: widened(name, column, kinds[name])
-            for name, column in turned(attributes, pose[:3, :3]).items()
-        }
-        values[INDEX] = np.full(len(points), numbers[scan.name], dtype=kinds[INDEX])
-        if views:
-            values[RESIDUAL] = np.full(len(points), np.nan, dtype=kinds[RESIDUAL])
-            if scan.name in residuals:
-                view = by_name[scan.name]
+        pose, view = poses[scan.name], by_name.get(scan.name)
+        for points, attributes in _points_of(scan, pieces):
+            values = {
+                name: widened(name, column, kinds[name])
+                for name, column in turned(attributes, pose[:3, :3]).items()
+            }
+            values[INDEX] = np.full(len(points), numbers[scan.name], dtype=kinds[INDEX])
+            if views:
+                values[RESIDUAL] = np.full(len(points), np.nan, dtype=kinds[RESIDUAL])
+            if view is not None and scan.name in residuals:
                 distances, indices = nearest(view.tree, points)
                 values[RESIDUAL][:] = of_raw_points(residuals[scan.name], indices, distances, view)
-        yield PointCloud(se3.apply(pose, points), attributes=values, name=scan.name)
+            yield PointCloud(se3.apply(pose, points), attributes=values, name=scan.name)
+
+
+def _points_of(scan: Scan, pieces: bool) -> Iterator[tuple[Array, Attributes]]:
+    """All points of a scan, at once or in pieces."""
+    if scan.full is None:
+        yield scan.points, scan.attributes
+    elif pieces:
+        yield from scan.full.pieces()
+    else:
+        yield scan.full()
 
 
 def placed(scanset: ScanSet, poses: Mapping[str, Array]) -> list[Scan]:

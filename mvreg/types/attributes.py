@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, Protocol
 
 import numpy as np
@@ -39,6 +39,15 @@ class FullPoints(Protocol):
         ------
         InputError
             If they are not there any more, or not the same.
+        """
+
+    def pieces(self) -> Iterator[tuple[Array, Attributes]]:
+        """The same in order, some points at a time if they can be read so.
+
+        Raises
+        ------
+        InputError
+            As a call does; perhaps at the end.
         """
 
 

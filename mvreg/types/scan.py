@@ -6,7 +6,7 @@ Checked once, when they are made; all else may then rely on finite coordinates. 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -175,7 +175,13 @@ class Moved:
 
     def __call__(self) -> tuple[Array, Attributes]:
         """Read and move them."""
-        points, attributes = self.full()
+        return self._moved(*self.full())
+
+    def pieces(self) -> Iterator[tuple[Array, Attributes]]:
+        """Read and move them, some at a time."""
+        return (self._moved(*piece) for piece in self.full.pieces())
+
+    def _moved(self, points: Array, attributes: Attributes) -> tuple[Array, Attributes]:
         return se3.apply(self.transform, points), turned(attributes, self.transform[:3, :3])
 
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+import tracemalloc
 
 import numpy as np
 import pytest
 
 import mvreg
 from mvreg.datasets.folder import Folder
+from mvreg.datasets.sample import Sample, drawn
 from mvreg.errors import InputError
 from mvreg.io import PointCloud, read_cloud, write_ply_clouds
 from mvreg.report.model import INDEX
@@ -44,6 +46,89 @@ def test_that_the_model_has_all_points_of_which_some_are_held(tmp_path):
     np.testing.assert_array_equal(model.points, [*large, *small])
     np.testing.assert_array_equal(model.attributes["grey"][:1000], grey)
     np.testing.assert_array_equal(model.attributes[INDEX], np.repeat([0, 1], [1000, 100]))
+
+
+def text(points, grey):
+    return "".join(f"{x} {y} {z} {g}\n" for (x, y, z), g in zip(points.tolist(), grey, strict=True))
+
+
+def pcd(points, kind):
+    return (
+        f"VERSION 0.7\nFIELDS x y z grey\nSIZE 8 8 8 1\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH "
+        f"{len(points)}\nHEIGHT 1\nVIEWPOINT 1 2 3 1 0 0 0\nPOINTS {len(points)}\nDATA {kind}\n"
+    )
+
+
+@pytest.mark.parametrize("name", ["a.ply", "a.pcd", "text.pcd", "a.xyz"])
+@pytest.mark.parametrize("zeros", [0, 1, 5])
+def test_that_pieces_give_the_points_that_the_whole_file_gives(tmp_path, monkeypatch, name, zeros):
+    points, grey = RNG.normal(size=(5000, 3)), RNG.integers(0, 256, 5000).astype(np.uint8)
+    points[10 : 10 + zeros], points[3000:3010, 1] = 0, np.nan
+    if name == "a.ply":
+        cloud = PointCloud(points, attributes={"grey": grey})
+        write_ply_clouds(tmp_path / name, [cloud], {"grey": grey.dtype})
+    elif name == "a.pcd":
+        table = np.rec.fromarrays([*points.T, grey], dtype="<f8,<f8,<f8,u1")
+        (tmp_path / name).write_bytes(pcd(points, "binary").encode() + table.tobytes())
+    else:
+        head = pcd(points, "ascii") if name == "text.pcd" else ""
+        (tmp_path / name).write_text(head + text(points, grey))
+    write(tmp_path / "z.ply", 100)
+    monkeypatch.setattr("mvreg.io.pieces.BYTES", 10_000)
+    monkeypatch.setattr("mvreg.io.pieces.ROWS", 700)
+    pieces = folder(tmp_path, 300)
+    monkeypatch.setattr("mvreg.datasets.folder_scans.open_pieces", lambda *_: None)
+    whole = folder(tmp_path, 300)
+    assert pieces.remarks == whole.remarks
+    for a, b in zip(pieces.scans, whole.scans, strict=True):
+        np.testing.assert_array_equal(a.points, b.points)
+        assert (a.view_point is None) == (b.view_point is None)
+        assert (a.full is None) == (b.full is None)
+        if a.full is not None:
+            assert (a.full.count, a.full.kinds) == (b.full.count, b.full.kinds)
+            again = a.full()
+            assert len(again[0]) == a.full.count == 4990 - zeros * (zeros > 1)
+            assert {n: v.dtype for n, v in again[1].items()} == a.full.kinds
+            parts = [*a.full.pieces()]
+            assert (len(parts) > 1) == (zeros != 1)
+            np.testing.assert_array_equal(np.concatenate([p for p, _ in parts]), again[0])
+            for key, values in again[1].items():
+                found = np.concatenate([more[key] for _, more in parts])
+                np.testing.assert_array_equal(found, values)
+
+
+def test_that_a_part_of_a_file_takes_a_part_of_its_memory(tmp_path, monkeypatch):
+    """However large the file is: twice the points take no more."""
+    monkeypatch.setattr("mvreg.io.pieces.ROWS", 10_000)
+    peaks = []
+    for count in (400_000, 800_000):
+        write(tmp_path / "a.ply", count)
+        write(tmp_path / "b.ply", 2000)
+        tracemalloc.start()
+        scans = folder(tmp_path, 20_000)
+        write_model(tmp_path / "out/model.ply", scans, {"a.ply": np.eye(4)})
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+        assert scans.scans[0].full.count == count
+    assert peaks[1] < 1.1 * peaks[0]
+    assert peaks[1] < (tmp_path / "a.ply").stat().st_size / 4
+
+
+def test_that_a_sample_does_not_depend_on_the_pieces():
+    points = RNG.normal(size=(10_000, 3))
+    whole = Sample(500)
+    whole.add(points)
+    parts = Sample(500)
+    for piece in np.array_split(points, [0, 3, 700, 4000, 9999]):
+        parts.add(piece)
+    np.testing.assert_array_equal(parts.points(), whole.points())
+    np.testing.assert_array_equal(parts.points(), points[drawn(10_000, 500)])
+    assert parts.count == 10_000
+    few = Sample(500)
+    few.add(points[:400])
+    np.testing.assert_array_equal(few.points(), points[:400])
+    halves = np.bincount(drawn(10_000, 500) // 1000, minlength=10)
+    assert halves.min() > 25  # from all over the file
 
 
 def test_that_the_model_of_moved_scans_is_where_their_poses_say(tmp_path):

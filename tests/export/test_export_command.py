@@ -78,16 +78,29 @@ def test_no_format_twice():
         formats_of(["tumm"])
 
 
-def test_the_end_of_a_run_and_a_command_afterwards_write_the_same(tmp_path, monkeypatch):
+def test_the_end_of_a_run_and_a_command_afterwards_write_the_same(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    code = main([*TINY, "dataset.scramble=true", "export=[tum,ply]", "hydra.run.dir=now"])
-    assert code in (0, 3)
+    words = ["dataset=tiny", "rerun=false", "report=false", "dataset.scramble=true"]
+    assert main([*words, "export=[tum,ply]", "hydra.run.dir=now"]) == 0
     first = read_cloud(tmp_path / "now/export/model.ply")
     assert main(["export", "now", "tum", "ply", "--out", "later"]) == 0
     again = read_cloud(tmp_path / "later/model.ply")
     np.testing.assert_array_equal(again.points, first.points)
-    # Residuals are known at the end of the run alone.
-    assert first.attributes.keys() - again.attributes.keys() == {"residual"}
+    assert first.attributes.keys() == again.attributes.keys() >= {"residual", "scan_index"}
+    assert np.isfinite(again.attributes["residual"]).mean() > 0.5
     for name, values in again.attributes.items():
         np.testing.assert_array_equal(values, first.attributes[name])
     assert (tmp_path / "later/tum.txt").read_text() == (tmp_path / "now/export/tum.txt").read_text()
+    (tmp_path / "now/.hydra/overrides.yaml").unlink()
+    capsys.readouterr()
+    assert main(["export", "now", "ply", "--out", "bare"]) == 0
+    assert "without residuals: the scans cannot be prepared" in capsys.readouterr().err
+    bare = read_cloud(tmp_path / "bare/model.ply")
+    assert first.attributes.keys() - bare.attributes.keys() == {"residual"}
+
+
+def test_poses_and_scans_in_their_own_frames_are_not_prepared(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main([*TINY, "hydra.run.dir=now"]) in (0, 3)
+    monkeypatch.setattr("mvreg.cli.export.views_again", None)
+    assert main(["export", "now", "tum", "ptx"]) == 0

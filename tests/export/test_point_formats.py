@@ -1,5 +1,7 @@
 """Points read back by another program are where they were, at five million, too."""
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 import pytest
 from exported import OFFSET, SPACING, expected, model
@@ -7,9 +9,32 @@ from exported import OFFSET, SPACING, expected, model
 import mvreg
 import mvreg.io
 from mvreg.export.table import BY_NAME
+from mvreg.io.cloud_stream import spacing_of
 from mvreg.io.las_write import scale_for
+from mvreg.types import Scan
 
 CLOSE = SPACING / 100
+
+
+@dataclass(frozen=True)
+class Whole:
+    """All of a scan of which a part is held."""
+
+    scan: Scan
+
+    @property
+    def count(self):
+        return len(self.scan.points)
+
+    @property
+    def kinds(self):
+        return {name: values.dtype for name, values in self.scan.attributes.items()}
+
+    def __call__(self):
+        return self.scan.points, self.scan.attributes
+
+    def pieces(self):
+        yield self()
 
 
 @pytest.fixture(params=[0.0, OFFSET], ids=["near", "far"])
@@ -41,6 +66,39 @@ def test_a_scale_is_a_thousandth_of_the_spacing_unless_32_bits_are_too_few():
     assert scale_for(0.02, 100) == 1e-5
     assert scale_for(1.0, 1000) == 1e-3
     assert scale_for(1e-4, 1e5) * 2**31 > 1e5
+
+
+@pytest.mark.parametrize("name", ["las", "scans"])
+def test_a_scale_is_that_of_the_points_written_not_of_those_held(name, found, tmp_path):
+    """Of a large scan the corners are held; what is written is many times as dense."""
+    import laspy
+
+    scans = []
+    for scan in found.scanset.scans:
+        own = scan.name.replace("ply", "las").replace("pcd", "las")
+        scans.append(replace(scan.chosen(np.array([0, 19, 380, 399])), name=own, full=Whole(scan)))
+    poses = {scans[i].name: pose for i, pose in enumerate(found.component.poses.values())}
+    component = replace(found.component, poses=poses, reference=scans[0].name)
+    thinned = replace(
+        found, component=component, scanset=replace(found.scanset, scans=tuple(scans)),
+        placements=replace(found.placements, names=tuple(s.name for s in scans)),
+    )  # fmt: skip
+    assert scans[0].spacing > 10 * found.scanset.scans[0].spacing
+    said = BY_NAME[name].write(tmp_path, thinned)
+    assert not any("in units of" in each for each in said)
+    for path in tmp_path.rglob("*.las"):
+        with laspy.open(path) as file:
+            assert list(file.header.scales) == [1e-5] * 3
+    if name == "las":
+        read = laspy.read(tmp_path / "model.las").xyz
+        np.testing.assert_allclose(read, expected(found), rtol=0, atol=1e-5)
+
+
+def test_points_in_one_place_do_not_count_as_spacing():
+    points = np.repeat(np.arange(30.0).reshape(10, 3), 3, axis=0)
+    assert spacing_of(points) == pytest.approx(np.sqrt(27))
+    assert spacing_of(np.repeat(points, 9, axis=0)) == pytest.approx(np.sqrt(27))
+    assert spacing_of(points[:3]) == spacing_of(points[:1]) == 0
 
 
 def test_open3d_reads_the_pcd(found, tmp_path):

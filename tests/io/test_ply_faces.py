@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from experiments.fuzz.files import FACES, damaged, ply
+from experiments.fuzz.files import damaged, ply
+from experiments.fuzz.points import FACES
 from mvreg._open3d import load_open3d
 from mvreg.errors import InputError
 from mvreg.io.ply_faces import read_triangles

@@ -1,0 +1,124 @@
+"""Files read piece by piece: what a scan of which only a part is held needs no memory for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+
+from mvreg.io.cloud import PointCloud
+from mvreg.kernels.text import parse_rows
+from mvreg.types import Array
+from mvreg.types.attributes import Values
+
+#: What may be left at the end of a text.
+NOTHING = b" \t\r\n\0\x1a"
+#: Rows of a piece, of a file in bytes; and bytes of a piece of a text.
+ROWS, BYTES = 1 << 17, 1 << 22
+
+
+class NotInPiecesError(Exception):
+    """A file cannot be read in pieces, or not without a closer look: to be read whole."""
+
+
+@dataclass(eq=False)
+class Pieces:
+    """The only scan of a file, piece by piece.
+
+    Parameters
+    ----------
+    again : callable
+        ``again()`` reads all pieces, in order, NaN included, with their attributes; it may be
+        called once `clouds` is at its end. The pieces raise `NotInPiecesError` where the file turns
+        out to be damaged or odd: read whole, it says what is wrong.
+    count : int
+        Points that there are, about.
+    view_point : (3,) array, optional
+        As of a `PointCloud`.
+    kinds : mapping of str to dtype
+        Of the attributes that the whole file has, once all pieces are read.
+    remarks : list of str
+        As of a `PointCloud`, once all pieces are read.
+    clouds : iterator of PointCloud
+        The pieces for the first time; perhaps without attributes.
+    """
+
+    again: Callable[[], Iterator[PointCloud]]
+    count: int
+    view_point: Array | None = None
+    kinds: dict[str, np.dtype[Any]] = field(default_factory=dict)
+    remarks: list[str] = field(default_factory=list)
+    clouds: Iterator[PointCloud] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.clouds = self._noticed()
+
+    def _noticed(self) -> Iterator[PointCloud]:
+        for cloud in self.again():
+            self.add_kinds(cloud.attributes)
+            yield cloud
+
+    def add_kinds(self, attributes: Mapping[str, Values]) -> None:
+        """Take notice of the attributes of a piece: the types hold the values of all pieces."""
+        for name, values in attributes.items():
+            known = self.kinds.get(name, values.dtype)
+            self.kinds[name] = np.result_type(known, values.dtype)
+
+
+def text_blocks(stream: IO[bytes]) -> Iterator[bytes]:
+    """A text from where the stream is, in blocks of whole lines; without line feeds in one."""
+    while block := stream.read(BYTES):
+        if not block.endswith(b"\n"):
+            block += stream.readline()
+        yield block
+
+
+def text_rows(path: Path, start: int, rows: int, columns: int) -> Iterator[Array]:
+    """So many rows of numbers from byte `start` on, and nothing behind them, in tables.
+
+    Raises
+    ------
+    NotInPiecesError
+        If anything else is there, or fewer rows.
+    """
+    with path.open("rb") as stream:
+        stream.seek(start)
+        for block in text_blocks(stream):
+            count = min(rows, block.count(b"\n") + (not block.endswith(b"\n")))
+            parsed = parse_rows(block, 0, count, columns) if count else None
+            if (count and parsed is None) or block[parsed[1] if parsed else 0 :].strip(NOTHING):
+                raise NotInPiecesError
+            rows -= count
+            if parsed is not None:
+                yield parsed[0]
+    if rows:
+        raise NotInPiecesError
+
+
+def byte_rows(path: Path, start: int, rows: int, record: np.dtype[Any]) -> Iterator[Values]:
+    """So many records from byte `start` on, and less than one behind them, in tables.
+
+    Raises
+    ------
+    NotInPiecesError
+        If there are more or fewer.
+    """
+    if not 0 <= path.stat().st_size - start - rows * record.itemsize < record.itemsize:
+        raise NotInPiecesError
+    with path.open("rb") as stream:
+        stream.seek(start)
+        for first in range(0, rows, ROWS):
+            count = min(ROWS, rows - first)
+            table = np.frombuffer(stream.read(count * record.itemsize), record)
+            if len(table) < count:
+                raise NotInPiecesError
+            yield table
+
+
+def head_of(path: Path) -> bytes:
+    """The beginning of a file, which has its header."""
+    with path.open("rb") as stream:
+        return stream.read(BYTES)
