@@ -12,7 +12,7 @@ import numpy as np
 
 from mvreg import contracts, events
 from mvreg.errors import InputError
-from mvreg.execution.threads import Threads
+from mvreg.execution.threads import Threads, Workers
 from mvreg.execution.work import found_or_made
 from mvreg.geometry.nearest import mean_spacing
 from mvreg.initial import with_initial
@@ -55,7 +55,7 @@ NOTHING_KEPT, THREADS = NoStore(), Threads()
 class Pipeline:
     """The stages that a strategy works with.
 
-    `emit` receives the events, `store` keeps finished work, `executor` works on tasks.
+    `emit` receives the events, `store` keeps finished work, `executor` are the workers for tasks.
     """
 
     downsample: contracts.Downsample
@@ -67,11 +67,15 @@ class Pipeline:
     augment: contracts.Augment
     emit: events.Emit = events.ignore
     store: Store = NOTHING_KEPT
-    executor: Threads = THREADS
+    executor: Workers = THREADS
 
     def observed_by(self, emit: events.Emit) -> Pipeline:
         """The pipeline with `emit` as the receiver of its events."""
         return replace(self, emit=emit)
+
+    def without_surroundings(self) -> Pipeline:
+        """The same stages, telling nobody and keeping nothing: for another process."""
+        return replace(self, emit=events.ignore, store=NOTHING_KEPT, executor=THREADS)
 
     def checked(self) -> Pipeline:
         """The pipeline with stages whose calls are checked, whoever calls them."""

@@ -20,8 +20,9 @@ from mvreg.events import (
     ViewPlaced,
     ViewPrepared,
 )
+from mvreg.execution.threads import Executor
 from mvreg.initial import in_their_frame
-from mvreg.pipeline import NOTHING_KEPT, Pipeline
+from mvreg.pipeline import NOTHING_KEPT, THREADS, Pipeline
 from mvreg.plugins import manager
 from mvreg.stage_calls import checked
 from mvreg.store.folder import Store, open_store
@@ -71,8 +72,11 @@ def run(
     rng: np.random.Generator,
     emit: Emit,
     store: Store = NOTHING_KEPT,
+    executor: Executor = THREADS,
 ) -> tuple[Result, list[View], dict[str, float]]:
     """Place the scans: prepare, grow, adjust; what the `store` has of it is not done again.
+
+    The `executor` finds the workers.
 
     Returns
     -------
@@ -83,9 +87,18 @@ def run(
         Time per stage, and in all.
     """
     check_fixed(scans, method)
+    with executor.session(store) as workers:
+        pipeline = replace(method.pipeline, store=store, executor=workers)
+        return _placed(scans, replace(method, pipeline=pipeline), rng, emit)
+
+
+def _placed(
+    scans: Sequence[Scan], method: Method, rng: np.random.Generator, emit: Emit
+) -> tuple[Result, list[View], dict[str, float]]:
+    """What `run` answers, its workers being there."""
     start = time.perf_counter()
     watch = Stopwatch(emit)
-    pipeline = replace(method.pipeline.observed_by(watch), store=store).checked()
+    pipeline = method.pipeline.observed_by(watch).checked()
     views = pipeline.prepare(scans, rng)
     result = checked("strategy", method.strategy)(views, pipeline, rng)
     before = time.perf_counter()
@@ -188,6 +201,7 @@ def register(
     changes: Mapping[str, object] | None = None,
     observers: Sequence[object] = (),
     store: bool | str | Path = False,
+    executor: Executor = THREADS,
 ) -> Result:
     """Find the poses of unordered scans.
 
@@ -206,6 +220,8 @@ def register(
     store : bool or path
         Where finished work is kept, and found instead of done again: a folder, or True for that of
         the command line, see `mvreg.store`.
+    executor : Executor
+        Who works: `mvreg.execution.Threads`, `Dask` or `Shards`; the last two need a `store`.
 
     Returns
     -------
@@ -226,8 +242,9 @@ def register(
     method, generator = _method(method, changes), _generator(rng)
     with manager.observing(*observers):
         result, views, _ = run(
-            as_scans(scans), method, generator, manager.emit, open_store(store, STORE_SIZE)
-        )
+            as_scans(scans), method, generator, manager.emit, open_store(store, STORE_SIZE),
+            executor,
+        )  # fmt: skip
     return replace(result, views=tuple(views))
 
 

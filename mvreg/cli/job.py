@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mvreg.config.compose import executor_from
 from mvreg.events import Event, RunFinished, RunStarted
 from mvreg.parallel import quick_turns
 from mvreg.plugins import manager
@@ -42,7 +43,7 @@ def run_job(config: DictConfig, folder: Path) -> Result:
     plain: dict[str, Any] = OmegaConf.to_container(config, resolve=True, enum_to_str=True)  # type: ignore[assignment]
     method = method_from(config)
     formats = formats_of(config.export)
-    store = open_store(config.store, config.store_size)
+    store, executor = open_store(config.store, config.store_size), executor_from(config)
     start = time.perf_counter()
     scanset = load_scans(config, config.rng)
     loading = time.perf_counter() - start
@@ -61,7 +62,7 @@ def run_job(config: DictConfig, folder: Path) -> Result:
         with manager.observing(console, *extra):
             emit(RunStarted(scanset, method.name, folder))
             rng = np.random.default_rng(config.rng)
-            result, views, seconds = run(scanset.scans, method, rng, emit, store)
+            result, views, seconds = run(scanset.scans, method, rng, emit, store, executor)
             scanset = replace(scanset, remarks=(*scanset.remarks, *remarks_on(store)))
             seconds["load"] = loading
             if scanset.input is not None:

@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 #: In the folder of a job that failed: its message.
 ERROR = "error.txt"
 #: Keys of the configuration that change nothing about the result.
-IRRELEVANT = frozenset({"resume", "rerun", "debug", "export", "store", "store_size"})
+IRRELEVANT = frozenset(
+    {"resume", "rerun", "debug", "export", "store", "store_size", "executor", "shard"}
+)
 
 
 def finished(folder: Path, config: DictConfig) -> dict[str, Any] | None:

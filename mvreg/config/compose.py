@@ -24,6 +24,8 @@ from mvreg.config.messages import explained, no_such_key
 from mvreg.config.store import Schema, registered
 from mvreg.contracts import KINDS
 from mvreg.errors import InputError, MvregError
+from mvreg.execution.shards import Shards
+from mvreg.execution.threads import Executor, Threads
 from mvreg.plugins import manager
 
 VERSION_BASE = "1.3"
@@ -130,3 +132,21 @@ def stage_from(config: DictConfig, kind: str) -> Any:
 def stages_from(config: DictConfig) -> dict[str, Any]:
     """Every stage of a configuration by its kind, the data set excepted."""
     return {kind: stage_from(config, kind) for kind in KINDS if kind != "dataset"}
+
+
+def executor_from(config: DictConfig) -> Executor:
+    """Who works, as a configuration says; ``shard=i/n`` is short for ``executor=shards``.
+
+    Raises
+    ------
+    InputError
+        For a value out of range, or a shard beside another executor.
+    """
+    with explained():
+        found: Any = OmegaConf.to_object(config.executor)
+    if config.shard:
+        if not isinstance(found, Threads | Shards):
+            raise InputError(f"shard={config.shard}: expected no other executor, got {found}")
+        return Shards(str(config.shard))
+    executor: Executor = found
+    return executor

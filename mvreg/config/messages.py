@@ -84,7 +84,7 @@ def no_such_choice(file: str, options: Iterable[str]) -> str:
     group, _, name = file.rpartition("/")
     if file == "hydra/launcher/joblib":
         return "hydra/launcher=joblib is not installed: pip install hydra-joblib-launcher"
-    plus = "" if group in KINDS or group.startswith("hydra/") or not group else "+"
+    plus = "" if group in (*KINDS, "executor") or group.startswith("hydra/") or not group else "+"
     if package := BROUGHT_BY.get(file):
         return to_install(f"{plus}{group}={name}", package)
     listed = ", ".join(options or choices().get(group, ())) or "none"

@@ -19,6 +19,7 @@ from mvreg.config.levels import Loader
 from mvreg.config.presets import CONFIG_PATH, addresses, choices, plugin_paths
 from mvreg.contracts import KINDS
 from mvreg.errors import PluginError
+from mvreg.execution import EXECUTORS
 from mvreg.plugins import manager
 
 
@@ -41,6 +42,8 @@ class Schema:
     rerun: bool = MISSING
     report: bool = MISSING
     export: list[str] = MISSING
+    executor: Any = MISSING
+    shard: str = MISSING
     store: Any = MISSING
     store_size: float = MISSING
     resume: bool = MISSING
@@ -114,12 +117,18 @@ def registered() -> Iterator[None]:
     store = ConfigStore.instance()
     application: Any = import_module("hydra._internal.hydra")
     before, loader = store.repo, application.ConfigLoaderImpl
-    store.repo = {key: value for key, value in before.items() if key not in {*KINDS, "method"}}
+    store.repo = {
+        key: value for key, value in before.items() if key not in {*KINDS, "method", "executor"}
+    }
     try:
         store.store("mvreg_schema", Schema, provider="mvreg")
         for key, node in ours.items():
             kind, _, name = key.partition("/")
             store.store(name, node, group=kind, provider="mvreg")
+        for name, cls in EXECUTORS.items():
+            node = OmegaConf.structured(cls)
+            OmegaConf.set_readonly(node, None)
+            store.store(name, node, group="executor", provider="mvreg")
         for name, preset in stand_ins(choices()["method"]).items():
             store.store(name, preset, group="method", package="_global_", provider="mvreg")
         application.ConfigLoaderImpl = Loader

@@ -78,6 +78,9 @@ class Pipeline(Protocol):
     def observed_by(self, emit: Emit) -> Pipeline:
         """The same stages, reporting events to `emit`."""
 
+    def without_surroundings(self) -> Pipeline:
+        """The same stages, telling nobody and keeping nothing: for another process."""
+
     def with_stages(self, **stages: Any) -> Pipeline:
         """The pipeline with other stages, by kind: ``with_stages(judge=...)``.
 

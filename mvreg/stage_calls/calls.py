@@ -63,12 +63,26 @@ def _checked_class(kind: str, cls: type) -> type:
         cls.__name__,
         (cls,),
         {"__slots__": (), "__module__": cls.__module__, "__qualname__": cls.__qualname__,
-         "__doc__": cls.__doc__, PLAIN: cls},
+         "__doc__": cls.__doc__, PLAIN: cls, "__reduce__": _reduced(kind, cls)},
     )  # fmt: skip
     for asked, name in CHECKS:
         if asked == kind and hasattr(cls, name):
             setattr(made, name, _checked_method(kind, name, made, cls))
     return made
+
+
+def _reduced(kind: str, cls: type) -> Callable[[Any], tuple[Any, ...]]:
+    """How another process makes a checked stage: of the plain one, which it can import."""
+
+    def reduced(self: Any) -> tuple[Any, ...]:
+        plain: Any = object.__new__(cls)
+        kept = getattr(self, "__dict__", {})
+        own = kept or {name: getattr(self, name) for name in getattr(cls, "__slots__", ())}
+        for name, value in own.items():
+            object.__setattr__(plain, name, value)
+        return checked, (kind, plain)
+
+    return reduced
 
 
 def _checked_method(kind: str, name: str, made: type, cls: type) -> Callable[..., Any]:
