@@ -15,9 +15,12 @@ from mvreg.cli import main as cli
 from mvreg.geometry import se3
 from mvreg.report.build import build_report
 from mvreg.report.page import words
-from mvreg.report.page.data import colour, page_data
+from mvreg.report.page.colours import colour
+from mvreg.report.page.data import page_data
 from mvreg.report.page.graph import layout
+from mvreg.report.page.pairs import refused_rows
 from mvreg.report.page.render import render_page
+from mvreg.report.page.scenes import hypotheses
 from mvreg.report.page.sections import sections
 from mvreg.report.page.shown import NONE, Shown, packed
 from mvreg.types import Scan
@@ -123,6 +126,51 @@ def test_scenes_show_parts_files_and_refused_poses(mixed):
             np.testing.assert_allclose(
                 np.reshape(moved[1]["pose"], (4, 4)), attempt["T_target_source"]
             )
+
+
+def attempt(source, target, confidence, **more):
+    return {
+        "source": source, "target": target, "verdict": "rejected", "confidence": confidence,
+        "reason": f"{confidence}", "T_target_source": np.eye(4).tolist(),
+    } | more  # fmt: skip
+
+
+def test_a_pair_tried_again_is_shown_once_by_its_best_attempt():
+    tried = [
+        attempt("a", "b", 0.2), attempt("b", "a", 0.4), attempt("a", "b", 0.1),
+        attempt("c", "a", None), attempt("b", "c", 0.3, verdict="accepted"),
+        attempt("d", "a", 0.5, T_target_source=None), attempt("d", "a", 0.5, reason="last"),
+        attempt("a", "d", 0.5, T_target_source=None),
+    ]  # fmt: skip
+    found = refused_rows({"pairs": tried})
+    assert [(pair["source"], pair["target"], pair["tries"]) for pair in found] == [
+        ("d", "a", 3), ("b", "a", 3), ("c", "a", 1),
+    ]  # fmt: skip
+    assert (found[0]["reason"], found[1]["reason"]) == ("last", "0.4")
+    best = hypotheses("a", {"pairs": tried})
+    assert [frozenset((pair["source"], pair["target"])) for pair in best] == [
+        frozenset("ad"), frozenset("ab"), frozenset("ac"),
+    ]  # fmt: skip
+    assert [pair["tries"] for pair in best] == [1, 3, 1]  # those that found a pose
+
+
+def test_refused_pairs_are_listed_and_drawn_once(mixed):
+    scans, report, result = mixed
+    first = next(pair for pair in report["pairs"] if pair["verdict"] == "rejected")
+    again = first | {"source": first["target"], "target": first["source"]}
+    more = report | {"pairs": [*report["pairs"], again]}
+    pages = [page_of(scans, one, result) for one in (report, more)]
+    drawn = []
+    for data in pages:
+        page = Page(render_page(data))
+        drawn.append(sum(attrs.get("class") == "refused" for _, attrs in page.tags))
+        assert f"The {drawn[-1]} refused pairs of scans" in page.text
+    assert drawn[0] == drawn[1] == len(pages[1].refused) > 0
+    tries = max(pair["tries"] for pair in pages[1].refused)
+    assert f"refused in {tries} attempts" in page.text
+    assert [sum(pair["tries"] for pair in data.refused) for data in pages] == [
+        sum(pair["verdict"] == "rejected" for pair in one["pairs"]) for one in (report, more)
+    ]
 
 
 def test_names_are_shown_as_they_are():

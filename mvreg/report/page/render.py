@@ -13,8 +13,9 @@ import numpy as np
 from mvreg.evaluation.survey import LEVELS
 from mvreg.parallel import in_threads
 from mvreg.report import formatting
-from mvreg.report.page.data import GRADE_COLOURS, PageData, page_data
-from mvreg.report.run_folder import write_text
+from mvreg.report.page.colours import GRADE_COLOURS
+from mvreg.report.page.data import PageData, page_data
+from mvreg.report.run_folder import overrides_of, write_text
 from mvreg.types import Scan, ScanSet, View
 
 #: The page of a run, in its folder.
@@ -81,17 +82,6 @@ def hashes(scans: Sequence[Scan]) -> dict[str, str]:
 
 def _digest(scan: Scan) -> str:
     return hashlib.sha256(np.ascontiguousarray(scan.points, dtype="<f8").data).hexdigest()
-
-
-def overrides_of(folder: Path) -> list[str]:
-    """What was said on the command line of a run, as Hydra keeps it; nothing where it does not."""
-    from omegaconf import ListConfig, OmegaConf
-
-    file = folder / ".hydra" / "overrides.yaml"
-    if not file.is_file():
-        return []
-    found = OmegaConf.load(file)
-    return [str(word) for word in found] if isinstance(found, ListConfig) else []
 
 
 def _file(name: str) -> str:

@@ -1,0 +1,112 @@
+"""What the view in three dimensions can show: partial models, files as they are, refused poses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from mvreg.report.page import words
+from mvreg.report.page.pairs import most_telling
+from mvreg.types import Array, ScanSet
+
+Row = dict[str, Any]
+#: Attempts shown of a scan that was not placed.
+HYPOTHESES = 3
+
+
+def models_of(report: Mapping[str, Any]) -> list[dict[str, Array]]:
+    """The poses (4, 4) by scan, of the reference's model, then of the other components."""
+    parts = [report.get("poses") or {}, *(p["poses"] for p in report.get("components") or [])]
+    return [
+        {name: np.asarray(pose, dtype=np.float64) for name, pose in part.items()} for part in parts
+    ]
+
+
+def scenes(
+    report: Mapping[str, Any], models: Sequence[Mapping[str, Array]], rows: Sequence[Row]
+) -> tuple[list[Row], list[Row]]:
+    """What the view can show; and the scans not placed with their attempts.
+
+    Parameters
+    ----------
+    report : mapping
+        As in ``result.json``.
+    models : sequence of mapping of scan name to (4, 4) array
+        See `models_of`.
+    rows : sequence of dict
+        The scans of the report, in the order of the page.
+    """
+    found = [
+        {"title": "the model" if number == 1 else f"component {number}",
+         "items": [_item(name, pose) for name, pose in poses.items()]}
+        for number, poses in enumerate(models, start=1)
+    ]  # fmt: skip
+    found.append({
+        "title": "before: as the files have them",
+        "items": [_item(str(row["name"]), np.eye(4)) for row in rows],
+    })  # fmt: skip
+    lost = []
+    for row in rows:
+        if row.get("status") not in words.LOST:
+            continue
+        best = hypotheses(str(row["name"]), report)
+        lost.append({
+            "name": str(row["name"]), "doubt": words.doubt(row), "status": row.get("status"),
+            "attempts": [pair | {"scene": len(found) + k} for k, pair in enumerate(best)],
+        })  # fmt: skip
+        found += [_hypothesis(pair) for pair in best]
+    return found, lost
+
+
+def hypotheses(name: str, report: Mapping[str, Any]) -> list[Row]:
+    """The best attempts at a scan that found a pose, of each other scan one, the best first."""
+    return most_telling(
+        pair for pair in report.get("pairs") or []
+        if name in (pair["source"], pair["target"]) and pair.get("T_target_source")
+    )[:HYPOTHESES]  # fmt: skip
+
+
+def _hypothesis(pair: Row) -> Row:
+    word = "withdrawn" if pair["verdict"] == "accepted" else "refused"
+    return {
+        "title": f"{pair['source']} on {pair['target']}, {word}",
+        "items": [
+            _item(pair["target"], np.eye(4)),
+            _item(pair["source"], np.asarray(pair["T_target_source"], dtype=np.float64)),
+        ],
+    }
+
+
+def _item(name: str, pose: Array) -> Row:
+    return {"scan": name, "pose": flat(pose)}
+
+
+def flat(pose: Array) -> list[float]:
+    """A pose row by row."""
+    return [float(value) for value in pose.reshape(-1)]
+
+
+def upright(scanset: ScanSet, report: Mapping[str, Any], poses: Mapping[str, Array]) -> Array:
+    """The rotation (4, 4) that turns the model's vertical to +z, and -y towards the viewer.
+
+    The vertical is that of a levelled scan; where there is none, the viewer is where the sensor of
+    the reference was, and +y, as cameras have it, is up.
+    """
+    scans = [scan for scan in scanset.scans if scan.name in poses]
+    up, front = np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0])
+    levelled = next((scan for scan in scans if scan.up is not None), None)
+    first = next((scan for scan in scans if scan.name == report.get("reference")), None)
+    if levelled is not None and levelled.up is not None:
+        up = poses[levelled.name][:3, :3] @ levelled.up
+        front = np.cross(up, np.eye(3)[int(np.argmin(np.abs(up)))])
+    elif first is not None and first.view_direction is not None:
+        front = poses[first.name][:3, :3] @ first.view_direction
+        y = poses[first.name][:3, 1]
+        up = y if abs(y @ front) < 0.9 else poses[first.name][:3, 2]
+    up = up - (up @ front) * front if levelled is None else up
+    up, front = up / np.linalg.norm(up), front / np.linalg.norm(front)
+    found = np.eye(4)
+    found[:3, :3] = np.stack([np.cross(up, front), -front, up])
+    return found
