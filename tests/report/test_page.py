@@ -17,7 +17,7 @@ from mvreg.report.build import build_report
 from mvreg.report.page import words
 from mvreg.report.page.colours import colour
 from mvreg.report.page.data import page_data
-from mvreg.report.page.graph import layout
+from mvreg.report.page.layout import layout
 from mvreg.report.page.pairs import refused_rows
 from mvreg.report.page.render import render_page
 from mvreg.report.page.scenes import hypotheses

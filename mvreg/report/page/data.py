@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from mvreg.evaluation.residuals import point_residuals
-from mvreg.evaluation.survey import level_of_accuracy
+from mvreg.evaluation.survey import MILLIMETRES, level_of_accuracy
 from mvreg.geometry import se3
 from mvreg.report import formatting
 from mvreg.report.page import words
 from mvreg.report.page.colours import GRADE_COLOURS, GREY, colour
 from mvreg.report.page.drawings import drawn, histogram
-from mvreg.report.page.graph import layout
+from mvreg.report.page.graph import Graph, graph
 from mvreg.report.page.pairs import link_rows, loop_rows, refused_rows
 from mvreg.report.page.scenes import flat, models_of, scenes, upright
 from mvreg.report.page.sections import sections
@@ -26,17 +26,21 @@ Row = dict[str, Any]
 
 @dataclass(frozen=True, eq=False)
 class PageData:
-    """What the template gets: `report` as in ``result.json``, and what is derived from it."""
+    """What the template gets: `report` as in ``result.json``, and what is derived from it.
+
+    Levels of accuracy are shown if it is `leveled`: where the unit of length is known.
+    """
 
     report: Mapping[str, Any]
     verdict: str
     steps: Sequence[str]
+    hint: str | None
     scans: Sequence[Row]
     links: Sequence[Row]
     loops: Sequence[Row]
     trees: Sequence[int]
     refused: Sequence[Row]
-    nodes: Mapping[str, tuple[float, float]]
+    graph: Graph
     scenes: Sequence[Row]
     lost: Sequence[Row]
     sections: Sequence[Row]
@@ -44,6 +48,7 @@ class PageData:
     overrides: Sequence[str]
     points: Mapping[str, Any]
     unit: str
+    leveled: bool
 
 
 def page_data(
@@ -70,27 +75,26 @@ def page_data(
     """
     models = models_of(report)
     residuals: dict[str, Array] = {}
-    for poses in models:
+    judged = report.get("status") != "running"
+    for poses in models if judged else []:
         residuals |= point_residuals(poses, views)
     shown = shown_points(scanset.scans, views, residuals)
     colours = {scan.name: colour(k) for k, scan in enumerate(scanset.scans)}
     rows = sorted((dict(row) for row in report.get("scans") or []), key=words.importance)
     links, loops = link_rows(report), loop_rows(report)
     shows, lost = scenes(report, models, rows)
+    scans = _scans(rows, report, colours, hashes or {})
     return PageData(
         report=report,
         verdict=words.verdict(report),
         steps=words.next_steps(report),
-        scans=_scans(rows, report, colours, hashes or {}),
+        hint=words.hint(report),
+        scans=scans,
         links=links,
         loops=loops,
-        trees=_trees(models, loops),
+        trees=_trees(models, loops) if judged else [],
         refused=refused_rows(report),
-        nodes=layout(
-            [str(row["name"]) for row in rows],
-            [(a["source"], a["target"]) for a in links],
-            _middles(shown, models[0]),
-        ),
+        graph=graph(scans, links, _middles(shown, models[0])),
         scenes=shows,
         lost=lost,
         sections=[
@@ -104,6 +108,7 @@ def page_data(
             "scans": _packed(shown, colours, report),
         },
         unit=formatting.unit(report),
+        leveled=report.get("unit") in MILLIMETRES,
     )
 
 
@@ -136,11 +141,12 @@ def _scans(
     degree = Counter(
         str(link[end]) for link in report.get("links") or [] for end in ("source", "target")
     )
-    unit = str(report.get("unit"))
+    unit, running = str(report.get("unit")), report.get("status") == "running"
     return [
         _scan(row, unit)
         | {
             "colour": colours.get(str(row["name"]), GREY),
+            "doubt": words.doubt(row, running),
             "links": degree[str(row["name"])],
             "digest": hashes.get(str(row["name"])),
         }
@@ -157,7 +163,6 @@ def _scan(row: Row, unit: str) -> Row:
     return row | {
         "grade": graded,
         "grade_colour": GRADE_COLOURS[graded],
-        "doubt": words.doubt(row),
         "confidence": found.get("confidence"),
         "coverage": found.get("coverage"),
         "inlier_ratio": found.get("inlier_ratio"),

@@ -15,6 +15,8 @@ from mvreg.types import Array
 Row = dict[str, Any]
 #: Bars of the histogram.
 BARS = 40
+#: The whole of a section is drawn this much smaller than its square.
+MARGIN = 1.05
 
 
 def histogram(residuals: Mapping[str, Array], report: Mapping[str, Any]) -> Row:
@@ -42,14 +44,21 @@ def histogram(residuals: Mapping[str, Array], report: Mapping[str, Any]) -> Row:
 
 
 def drawn(one: Section, colours: Mapping[str, str], report: Mapping[str, Any]) -> Row:
-    """A section as paths of SVG, in squares of 1000 by 1000."""
-    extent = max((float(np.abs(points).max()) for points in one.whole.values()), default=one.half)
-    extent = max(extent, one.half)
+    """A section as paths of SVG, in squares of 1000 by 1000: all of it, and a part enlarged.
+
+    `box` is the left and upper corner and the side of that part in the whole.
+    """
+    corners = [np.full((1, 2), -one.half), np.full((1, 2), one.half)]
+    everything = np.concatenate([*corners, *one.whole.values()])
+    low, high = everything.min(axis=0), everything.max(axis=0)
+    middle, extent = (low + high) / 2, MARGIN * float((high - low).max()) / 2
+    side = 500 * one.half / extent
+    x, y = 500 + 500 * middle * [-1, 1] / extent
     return {
         "apart": formatting.length(one.apart, report),
         "half": formatting.length(one.half, report),
-        "box": 500 * one.half / extent,
-        "whole": _paths(one.whole, extent, colours),
+        "box": [float(x) - side, float(y) - side, 2 * side],
+        "whole": _paths({name: p - middle for name, p in one.whole.items()}, extent, colours),
         "enlarged": _paths(one.enlarged, one.half, colours),
     }
 

@@ -20,6 +20,8 @@ from mvreg.types import Scan, ScanSet, View
 
 #: The page of a run, in its folder.
 NAME = "report.html"
+#: Links that are listed at once; the others wait until they are asked for, as rows take long.
+AT_FIRST = 200
 
 
 def write_page(
@@ -40,7 +42,8 @@ def write_page(
     Path
         The file.
     """
-    data = page_data(report, scanset, views, overrides_of(folder), hashes(scanset.scans))
+    digests = {} if report.get("status") == "running" else hashes(scanset.scans)
+    data = page_data(report, scanset, views, overrides_of(folder), digests)
     path = folder / NAME
     write_text(path, render_page(data))
     return path
@@ -54,8 +57,10 @@ def render_page(data: PageData) -> str:
     environment = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    filters: dict[str, Callable[[Any], object]] = {
+    filters: dict[str, Callable[..., object]] = {
         "length": lambda value: formatting.length(value, report),
+        "short": lambda value: formatting.number(value, ".3f" if report["unit"] == "mm" else ".2g"),
+        "counted": lambda word, items: formatting.count(items, word),
         "share": lambda value: formatting.number(value, ".2f"),
         "sure": formatting.confidence,
         "length_of": len,
@@ -70,7 +75,7 @@ def render_page(data: PageData) -> str:
     }
     return template.render(
         points={**data.points, "scans": scans}, data=data, report=report, levels=LEVELS,
-        grades=GRADE_COLOURS,
+        grades=GRADE_COLOURS, at_first=AT_FIRST,
         style=_file("page.css"), script=_file("page.js"), viewer=_file("viewer.js"),
     )  # fmt: skip
 

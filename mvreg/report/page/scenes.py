@@ -9,11 +9,13 @@ import numpy as np
 
 from mvreg.report.page import words
 from mvreg.report.page.pairs import most_telling
-from mvreg.types import Array, ScanSet
+from mvreg.types import Array, Scan, ScanSet
 
 Row = dict[str, Any]
 #: Attempts shown of a scan that was not placed.
 HYPOTHESES = 3
+#: A sensor is a camera if this much of the way to the middle of its points, or more, is along z.
+ALONG = 0.9
 
 
 def models_of(report: Mapping[str, Any]) -> list[dict[str, Array]]:
@@ -39,8 +41,7 @@ def scenes(
         The scans of the report, in the order of the page.
     """
     found = [
-        {"title": "the model" if number == 1 else f"component {number}",
-         "items": [_item(name, pose) for name, pose in poses.items()]}
+        {"title": _title(number, poses), "items": [_item(*named) for named in poses.items()]}
         for number, poses in enumerate(models, start=1)
     ]  # fmt: skip
     found.append({
@@ -49,7 +50,7 @@ def scenes(
     })  # fmt: skip
     lost = []
     for row in rows:
-        if row.get("status") not in words.LOST:
+        if row.get("status") not in words.LOST or report.get("status") == "running":
             continue
         best = hypotheses(str(row["name"]), report)
         lost.append({
@@ -58,6 +59,12 @@ def scenes(
         })  # fmt: skip
         found += [_hypothesis(pair) for pair in best]
     return found, lost
+
+
+def _title(number: int, poses: Mapping[str, Array]) -> str:
+    if len(poses) == 1:
+        return f"{next(iter(poses))}, alone"
+    return "the model" if number == 1 else f"component {number}"
 
 
 def hypotheses(name: str, report: Mapping[str, Any]) -> list[Row]:
@@ -92,21 +99,34 @@ def upright(scanset: ScanSet, report: Mapping[str, Any], poses: Mapping[str, Arr
     """The rotation (4, 4) that turns the model's vertical to +z, and -y towards the viewer.
 
     The vertical is that of a levelled scan; where there is none, the viewer is where the sensor of
-    the reference was, and +y, as cameras have it, is up.
+    the reference was. Of a camera +y is up then, if it looks along -z, and -y if along +z; where
+    nothing is known, +z is.
     """
     scans = [scan for scan in scanset.scans if scan.name in poses]
-    up, front = np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0])
     levelled = next((scan for scan in scans if scan.up is not None), None)
     first = next((scan for scan in scans if scan.name == report.get("reference")), None)
+    towards = _towards_camera(first) if first is not None else None
     if levelled is not None and levelled.up is not None:
         up = poses[levelled.name][:3, :3] @ levelled.up
         front = np.cross(up, np.eye(3)[int(np.argmin(np.abs(up)))])
-    elif first is not None and first.view_direction is not None:
-        front = poses[first.name][:3, :3] @ first.view_direction
-        y = poses[first.name][:3, 1]
-        up = y if abs(y @ front) < 0.9 else poses[first.name][:3, 2]
-    up = up - (up @ front) * front if levelled is None else up
+    elif first is not None and towards is not None:
+        front = poses[first.name][:3, :3] @ towards
+        up = poses[first.name][:3, :3] @ np.array([0.0, np.sign(towards[2]), 0.0])
+        up = up - (up @ front) * front
+    else:
+        up, front = np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0])
     up, front = up / np.linalg.norm(up), front / np.linalg.norm(front)
     found = np.eye(4)
     found[:3, :3] = np.stack([np.cross(up, front), -front, up])
     return found
+
+
+def _towards_camera(scan: Scan) -> Array | None:
+    """The direction (3,) of the sensor, if it looked at the points along its z; else None."""
+    towards = scan.view_direction
+    if towards is None and scan.view_point is not None:
+        towards = scan.view_point - scan.points.mean(axis=0)
+    length = 0.0 if towards is None else float(np.linalg.norm(towards))
+    if towards is None or not length > 0 or abs(towards[2]) < ALONG * length:
+        return None
+    return towards / length
