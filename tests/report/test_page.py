@@ -17,11 +17,13 @@ from mvreg.report.build import build_report
 from mvreg.report.page import words
 from mvreg.report.page.colours import colour
 from mvreg.report.page.data import page_data
+from mvreg.report.page.drawings import drawn
+from mvreg.report.page.graph import BORDER, WIDE, graph
 from mvreg.report.page.layout import layout
 from mvreg.report.page.pairs import refused_rows
 from mvreg.report.page.render import render_page
-from mvreg.report.page.scenes import hypotheses
-from mvreg.report.page.sections import sections
+from mvreg.report.page.scenes import hypotheses, upright
+from mvreg.report.page.sections import Section, sections
 from mvreg.report.page.shown import NONE, Shown, packed
 from mvreg.types import Scan
 
@@ -235,6 +237,80 @@ def test_the_graph_is_drawn_apart_and_the_same_each_time():
     assert layout(["a"], [], {}) == {"a": (0.5, 0.5)} and layout([], [], {}) == {}
 
 
+def test_parts_that_nothing_links_lie_beside_each_other():
+    names = [f"scan {k}" for k in range(30)]
+    links = [(names[k], names[k + 1]) for k in (*range(19), *range(20, 25))]
+    places = layout(names, links, {})
+    parts = [np.array([places[name] for name in names[a:b]]) for a, b in ((0, 20), (20, 26))]
+    (low, high), (other_low, other_high) = [(p.min(axis=0), p.max(axis=0)) for p in parts]
+    assert (low > other_high).any() or (other_low > high).any()
+    alone = np.array([places[name] for name in names[26:]])
+    for a, b in ((low, high), (other_low, other_high)):
+        assert not ((alone >= a) & (alone <= b)).all(axis=1).any()
+
+
+def test_many_links_are_drawn_thin_and_doubtful_ones_on_top():
+    scans = [{"name": f"s{k}", "grade": "red" if k < 2 else "green"} for k in range(80)]
+    sure = [
+        {"source": f"s{a}", "target": f"s{b}", "confidence": 0.99, "contact_ratio": 0.5}
+        for a in range(80) for b in range(a)
+    ]  # fmt: skip
+    doubtful = {"source": "s0", "target": "s1", "confidence": None, "contact_ratio": 0.5}
+    middling = {"source": "s2", "target": "s3", "confidence": 0.6, "contact_ratio": 0.5}
+    found = graph(scans, [doubtful, middling, *sure], {})
+    assert len(found.lines) < 10 and set(found.labels) == {"s0", "s1"}
+    assert [line.link for line in found.lines[-2:]] == [middling, doubtful]
+    assert sum(line.path.count("M") for line in found.lines) == len(sure) + 2
+    few = graph(scans[:5], [link for link in sure if int(link["source"][1:]) < 5], {})
+    assert len(few.lines) == 10 and all(line.link for line in few.lines)
+    assert few.lines[0].width > 2 * found.lines[0].width and few.opacity > found.opacity
+    assert set(few.labels) == {f"s{k}" for k in range(5)}
+    for name, label in few.labels.items():
+        x = few.nodes[name][0]
+        wanted = "start" if x < BORDER else "end" if x > WIDE - BORDER else "middle"
+        assert label.anchor == wanted
+    assert {"start", "end"} <= {label.anchor for label in few.labels.values()}
+
+
+def test_cameras_stand_upright_whichever_way_they_look():
+    points = np.random.default_rng(0).uniform(-1, 1, (50, 3))
+    for scan, up in (
+        (Scan("a", points, view_direction=np.array([0.0, 0.0, 1.0])), [0, 1, 0]),
+        (Scan("a", points + np.array([0, 0, 8]), view_point=np.zeros(3)), [0, -1, 0]),
+        (Scan("a", points - np.array([0, 0, 8]), view_point=np.zeros(3)), [0, 1, 0]),
+        (Scan("a", points + np.array([8, 0, 0]), view_point=np.zeros(3)), [0, 0, 1]),
+        (Scan("a", points, up=np.array([1.0, 0.0, 0.0])), [1, 0, 0]),
+        (Scan("a", points), [0, 0, 1]),
+    ):
+        scans = mvreg.types.ScanSet("one", (scan,))
+        turn = upright(scans, {"reference": "a"}, {"a": np.eye(4)})[:3, :3]
+        np.testing.assert_allclose(turn @ np.array(up), [0, 0, 1], atol=0.2)
+        np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-12)
+        assert np.linalg.det(turn) > 0
+
+
+def test_a_section_is_drawn_whole_with_its_enlarged_part_in_it():
+    whole = {"a": np.array([[-1.0, -1.0], [9.0, 3.0]])}
+    found = drawn(Section(np.zeros(3), 0.5, 1.0, whole, {"a": np.zeros((1, 2))}), {}, {})
+    places = [int(x) for x in re.findall(r"\d+", found["whole"][0]["path"].replace("h0", ""))]
+    assert min(places) >= 0 and max(places) <= 1000
+    x, y, side = found["box"]
+    assert side == pytest.approx(1000 * 2 / 10 / 1.05)
+    # The part's middle, which is the origin, lies a tenth of the extent from the left border.
+    assert x + side / 2 == pytest.approx(500 - 500 * 4 / 5 / 1.05)
+    assert y + side / 2 == pytest.approx(500 + 500 * 1 / 5 / 1.05)
+
+
+def test_levels_are_left_out_where_the_unit_is_not_known(mixed):
+    scans, report, result = mixed
+    texts = [
+        Page(render_page(page_of(scans, report | {"unit": unit}, result))).text
+        for unit in ("mm", "file")
+    ]
+    assert ["LOA" in text for text in texts] == [True, False]
+    assert ["Say dataset.unit=mm" in text for text in texts] == [False, True]
+
+
 def test_the_verdict_in_words():
     rows = [{"name": name, "status": "placed", "assessment": {"grade": "green"}} for name in "abc"]
     report = {"scans": rows, "poses": dict.fromkeys("abc"), "unit": "mm"}
@@ -252,6 +328,10 @@ def test_the_verdict_in_words():
     assert "Do not use the poses of b" in steps and "Several poses of c fit" in steps
     assert [row["name"] for row in sorted(rows, key=words.importance)] == ["c", "b", "a"]
     assert words.doubt(rows[2]) == "2 attempts; the closest: turned"
+    alone = {**report, "poses": {"a": 0}, "components": []}
+    assert words.verdict(alone).startswith("No two of the 3 scans are placed together")
+    assert words.doubt({"status": "not placed"}, running=True) == "not tried yet"
+    assert words.doubt({"status": "placed"}, running=True) == "not judged yet"
 
 
 def test_colours_of_neighbours_differ():

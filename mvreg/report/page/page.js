@@ -90,8 +90,8 @@
   function unfold(name) {  // the rows that waited
     const button = document.querySelector(`[data-more="${name}"]`);
     if (!button) return;
-    const rows = document.querySelector(`template[data-rows="${name}"]`).content.querySelectorAll("tr");
-    document.querySelector(`#${name} tbody`).append(...rows);
+    const rows = document.querySelector(`script[data-rows="${name}"]`).textContent;
+    document.querySelector(`#${name} tbody`).insertAdjacentHTML("beforeend", rows);
     button.parentElement.remove();
   }
   all("[data-more]").forEach((button) => button.addEventListener("click", () => unfold(button.dataset.more)));
