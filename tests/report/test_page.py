@@ -289,6 +289,13 @@ def test_cameras_stand_upright_whichever_way_they_look():
         assert np.linalg.det(turn) > 0
 
 
+def test_what_is_long_is_seen_from_its_side():
+    points = np.random.default_rng(0).uniform(-1, 1, (500, 3)) * [1, 5, 1]
+    scans = mvreg.types.ScanSet("one", (Scan("a", points),))
+    turn = upright(scans, {}, {"a": np.eye(4)})[:3, :3]
+    assert abs(turn[0] @ [0, 1, 0]) > 0.99
+
+
 def test_a_section_is_drawn_whole_with_its_enlarged_part_in_it():
     whole = {"a": np.array([[-1.0, -1.0], [9.0, 3.0]])}
     found = drawn(Section(np.zeros(3), 0.5, 1.0, whole, {"a": np.zeros((1, 2))}), {}, {})

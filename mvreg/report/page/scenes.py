@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from mvreg.geometry import se3
 from mvreg.report.page import words
 from mvreg.report.page.pairs import most_telling
 from mvreg.types import Array, Scan, ScanSet
@@ -16,6 +17,8 @@ Row = dict[str, Any]
 HYPOTHESES = 3
 #: A sensor is a camera if this much of the way to the middle of its points, or more, is along z.
 ALONG = 0.9
+#: Points of a scan that tell how far it reaches.
+FEW = 200
 
 
 def models_of(report: Mapping[str, Any]) -> list[dict[str, Array]]:
@@ -100,7 +103,7 @@ def upright(scanset: ScanSet, report: Mapping[str, Any], poses: Mapping[str, Arr
 
     The vertical is that of a levelled scan; where there is none, the viewer is where the sensor of
     the reference was. Of a camera +y is up then, if it looks along -z, and -y if along +z; where
-    nothing is known, +z is.
+    nothing is known, +z is, and the viewer looks across the longest side.
     """
     scans = [scan for scan in scanset.scans if scan.name in poses]
     levelled = next((scan for scan in scans if scan.up is not None), None)
@@ -114,11 +117,20 @@ def upright(scanset: ScanSet, report: Mapping[str, Any], poses: Mapping[str, Arr
         up = poses[first.name][:3, :3] @ np.array([0.0, np.sign(towards[2]), 0.0])
         up = up - (up @ front) * front
     else:
-        up, front = np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0])
+        up, front = np.array([0.0, 0.0, 1.0]), _shallow([(one, poses[one.name]) for one in scans])
     up, front = up / np.linalg.norm(up), front / np.linalg.norm(front)
     found = np.eye(4)
     found[:3, :3] = np.stack([np.cross(up, front), -front, up])
     return found
+
+
+def _shallow(placed: Sequence[tuple[Scan, Array]]) -> Array:
+    """The horizontal direction (3,) in which scans at their poses reach least, from the front."""
+    if not placed:
+        return np.array([0.0, -1.0, 0.0])
+    some = [se3.apply(pose, scan.points[:: len(scan.points) // FEW + 1]) for scan, pose in placed]
+    x, y = np.linalg.eigh(np.cov(np.concatenate(some)[:, :2].T))[1][:, 0]
+    return np.array([x, y, 0.0]) * (-1.0 if y > 0 else 1.0)
 
 
 def _towards_camera(scan: Scan) -> Array | None:
