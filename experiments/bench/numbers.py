@@ -1,35 +1,13 @@
-"""Statistics of repeated measurements: medians, range, ratios, and fitted power laws."""
+"""Statistics of repeated measurements: ratios of medians, and fitted power laws."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from statistics import median
 
 import numpy as np
 
-
-@dataclass(frozen=True)
-class Spread:
-    """Summary of `count` repeated measurements, from `least` to `most`."""
-
-    median: float
-    least: float
-    most: float
-    count: int
-
-    def shown(self, form: str) -> str:
-        """Median and, where there are several, least and most."""
-        if self.count == 1:
-            return f"{self.median:{form}}"
-        return f"{self.median:{form}} ({self.least:{form}} to {self.most:{form}})"
-
-
-def spread(values: Iterable[float | None]) -> Spread | None:
-    """Of the values that are known; None where there are none."""
-    known = [float(v) for v in values if v is not None and math.isfinite(v)]
-    return Spread(median(known), min(known), max(known), len(known)) if known else None
+from mvreg.report.comparison.spread import Spread
 
 
 def ratio(theirs: Spread | None, ours: Spread | None) -> float | None:

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from experiments.bench.child import STAGES
-from experiments.bench.numbers import Growth, Spread, growth, ratio, spread
+from experiments.bench.numbers import Growth, growth, ratio
 from experiments.bench.plan import PEERS
 from experiments.bench.records import Record
 from experiments.report.tables import number, public
+from mvreg.report.comparison.spread import Spread, spread
 
 #: What is drawn and fitted over the size, in the answers and in words.
 COSTS = {"seconds": "time (s)", "pairs_per_scan": "pairs / N", "peak_mb": "peak memory (MB)"}

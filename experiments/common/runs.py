@@ -16,6 +16,7 @@ from omegaconf import OmegaConf
 
 from mvreg.errors import InputError
 from mvreg.report.json_file import load_report
+from mvreg.report.run_folder import overrides_of
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 PRESETS = REPOSITORY / "conf" / "experiment"
@@ -115,8 +116,7 @@ def read(folder: Path) -> Run:
 
 def _overrides(folder: Path) -> tuple[str, ...]:
     """What a job in a folder was given, less the name of its experiment."""
-    file = folder / ".hydra" / "overrides.yaml"
-    given = [str(each) for each in OmegaConf.load(file)] if file.is_file() else []
+    given = overrides_of(folder)
     return tuple(each for each in given if not each.startswith("+experiment="))
 
 

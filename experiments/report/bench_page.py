@@ -13,7 +13,7 @@ from experiments.common.runs import Run
 from experiments.common.sources import sources
 from experiments.report.bench_bars import bars
 from experiments.report.bench_figures import draw
-from experiments.report.tables import markdown
+from mvreg.report.comparison.formats import markdown
 
 TITLE = "How fast, and how the cost grows"
 COMMAND = "make bench"

@@ -9,7 +9,6 @@ from itertools import pairwise
 from experiments.common.runs import Run
 from experiments.report.measured import Measured, measured
 from experiments.report.printed import Printed
-from experiments.report.tables import false_placements
 
 #: One data set or order: whether the claim holds there, and the numbers; None if not measured.
 Case = tuple[bool, str] | None
@@ -58,9 +57,9 @@ def placed(methods: Sequence[str]) -> Callable[[Mapping[str, Run]], Case]:
             if name not in found or found[name].report is None:
                 shown.append(f"{name} not measured")
                 continue
-            now, wrong = measured(found[name]), false_placements(found[name])
-            good, known = good and now.complete and not wrong, True
-            shown.append(f"{name} {now.placed} of {now.total}, {wrong or 0} false positives")
+            now = measured(found[name])
+            good, known = good and now.complete and not now.false, True
+            shown.append(f"{name} {now.placed} of {now.total}, {now.false or 0} false positives")
         return (good, "(" + "; ".join(shown) + ")") if known else None
 
     return check

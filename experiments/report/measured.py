@@ -1,19 +1,21 @@
-"""The quantities of a run that the figures plot."""
+"""The quantities of a run that tables, figures and claims are made of."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from experiments.common.runs import Run
+from mvreg.report.comparison.runs import values_of
 
 
 @dataclass(frozen=True)
 class Measured:
     """One run: pairs attempted, run time in seconds, and scans placed of `total`.
 
-    `rotation` and `translation` are e_R and e_t.
+    `rotation` and `translation` are e_R and e_t, `consistency` is in resolutions, `false` counts
+    the false positives, None where that is not known.
 
     Missing values are NaN; `word` then gives the reason in two or three words.
     """
@@ -22,6 +24,8 @@ class Measured:
     seconds: float = math.nan
     rotation: float = math.nan
     translation: float = math.nan
+    consistency: float = math.nan
+    false: int | None = None
     placed: int = 0
     total: int = 0
     word: str = "not run"
@@ -37,14 +41,16 @@ def measured(run: Run) -> Measured:
     report = run.report
     if report is None:
         return Measured(word=reason(run.error))
-    errors: Mapping[str, Mapping[str, float]] = report["errors"] or {}
-    mean = errors.get("mean", {})
+    values = values_of(report)
+    known = {name: math.nan if value is None else value for name, value in values.items()}
     apart = sum(len(each["poses"]) for each in report.get("components", []))
     return Measured(
-        pairs=float(report["num_pairs"]),
-        seconds=float(report["seconds"]["total"]),
-        rotation=float(mean.get("rotation", math.nan)),
-        translation=float(mean.get("translation", math.nan)),
+        pairs=known["attempts"],
+        seconds=known["time"],
+        rotation=known["e_R"],
+        translation=known["e_t"],
+        consistency=known["consistency_resolutions"],
+        false=None if values["false"] is None else int(values["false"]),
         placed=len(report["poses"]),
         total=len(report["poses"]) + apart + len(report["unregistered"]),
         word="",

@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from statistics import median
 
 from experiments.accuracy.placements import Placements
 from experiments.accuracy.truth import placements_of
 from experiments.common.runs import Run
 from experiments.report.measured import Measured, measured
-from experiments.report.tables import markdown, number, public
+from experiments.report.tables import number, public
 from mvreg.errors import InputError
+from mvreg.report.comparison.formats import markdown
+from mvreg.report.comparison.spread import spread
 
 #: More runs than these are counted, not named.
 MOST_NAMED = 6
@@ -61,8 +62,8 @@ class Row:
 
     def median(self, measure: Callable[[Outcome], float]) -> float:
         """The median over the runs; NaN where none has the number."""
-        values = [value for each in self.known if math.isfinite(value := measure(each))]
-        return median(values) if values else math.nan
+        found = spread(measure(each) for each in self.known)
+        return found.median if found else math.nan
 
 
 def outcome(run: Run) -> Outcome:

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from experiments.report.checks import Case, Claim
 from experiments.report.goals import GOALS, ORDERS
 from experiments.report.outcomes import Row
-from experiments.report.tables import markdown, number
+from experiments.report.tables import number
+from mvreg.report.comparison.formats import markdown
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,8 @@ from dataclasses import dataclass
 from experiments.common.runs import Run
 from experiments.report.measured import Measured, measured
 from experiments.report.printed import Printed
+from mvreg.report.comparison.formats import markdown
 
-#: A scan further from its truth than this (degrees) is a false positive.
-FALSE = 5.0
 PATH = re.compile(r"(?<![\w/:.])~?(?:/[\w.+~-]+){2,}/?")
 
 
@@ -72,25 +71,11 @@ def identity(run: Run, base: Mapping[str, str] | None = None) -> frozenset[tuple
     return frozenset({**given, **(base or {})}.items())
 
 
-def false_placements(run: Run) -> int | None:
-    """How many scans are false positives; None where that is not known."""
-    errors = (run.report or {}).get("errors")
-    if not errors:
-        return None
-    return sum(bool(error["angle_deg"] > FALSE) for error in errors["scans"].values())
-
-
 def mean_overlap(run: Run) -> float:
     """Mean over the placed scans of the share of each that the trimming kept; NaN if unknown."""
     rows = (run.report or {}).get("scans", [])
     found = [row["overlap"] for row in rows if row["status"] == "placed" and row["overlap"]]
     return sum(found) / len(found) if found else math.nan
-
-
-def consistency(run: Run) -> float:
-    """RMS point-to-plane distance between the placed surfaces, in resolutions; NaN if unknown."""
-    found = (run.report or {}).get("consistency") or {}
-    return float(found.get("rms_resolutions", math.nan))
 
 
 def model_points(run: Run) -> float:
@@ -126,7 +111,7 @@ COLUMNS = (
     Column(
         "placed", lambda j: f"{j.now.placed} of {j.now.total}" if j.now.total else f"*{j.now.word}*"
     ),
-    Column("false", lambda j: number(false_placements(j.run), "d")),
+    Column("false", lambda j: number(j.now.false, "d")),
     Column("pairs", lambda j: number(j.now.pairs, ".0f")),
     Column("e_R", lambda j: mean_error(j, j.now.rotation, ".4f")),
     Column("printed e_R", lambda j: number(j.printed and j.printed.rotation, ".4f")),
@@ -137,7 +122,7 @@ COLUMNS = (
     Column("time (s)", lambda j: number(j.now.seconds, ".1f")),
     Column("time ratio", lambda j: ratio(j.now.seconds, j.base.seconds)),
     Column("printed time ratio", lambda j: time_ratio(j.printed, j.base_printed)),
-    Column("consistency", lambda j: number(consistency(j.run), ".3f")),
+    Column("consistency", lambda j: number(j.now.consistency, ".3f")),
     Column("overlap", lambda j: number(mean_overlap(j.run), ".2f")),
     Column("model points", lambda j: number(model_points(j.run), ".0f")),
 )
@@ -162,12 +147,6 @@ def table(rows: Sequence[Job], labels: Mapping[str, str], timed: bool = True) ->
             heads.append(column.head)
             columns.append(cells)
     return markdown(heads, list(zip(*columns, strict=True)), left=len(keys) + 1)
-
-
-def markdown(heads: Sequence[str], rows: Sequence[Sequence[str]], left: int = 1) -> list[str]:
-    """A Markdown table; the first `left` columns are aligned left, the others right."""
-    rules = ["---" if index < left else "---:" for index in range(len(heads))]
-    return [f"| {' | '.join(cells)} |" for cells in (heads, rules, *rows)]
 
 
 def gaps(rows: Sequence[Job]) -> list[str]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mvreg.errors import InputError
+from mvreg.report.run_folder import overrides_of
 
 if TYPE_CHECKING:
     from omegaconf import DictConfig
@@ -19,7 +20,6 @@ def config_of(folder: Path, said: dict[str, Any]) -> DictConfig:
     """The configuration of a finished run, ready to make its stages of it."""
     from mvreg.config.compose import compose
     from mvreg.config.finished import put_back
-    from mvreg.report.page.render import overrides_of
 
     if not (folder / ".hydra" / "overrides.yaml").is_file():
         raise InputError(

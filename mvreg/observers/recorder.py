@@ -125,26 +125,31 @@ class Recorder:
     def _report(
         self, run: RunStarted, result: Result, rng: int | None, config: Mapping[str, object]
     ) -> dict[str, object]:
-        seconds = {
+        return build_report(
+            run.scanset, self._views, result, method=run.method, rng=rng, seconds=self._seconds(),
+            config=config, interrupted=True,
+        )  # fmt: skip
+
+    def _seconds(self) -> dict[str, float]:
+        return {
             **pair_seconds(self._pairs),
             "augment": self._augmenting,
             "total": time.perf_counter() - self._started,
         }
-        return build_report(
-            run.scanset, self._views, result, method=run.method, rng=rng, seconds=seconds,
-            config=config, interrupted=True,
-        )  # fmt: skip
 
     def _write_so_far(self, pace: Pace) -> None:
         """The page of what is placed by now; a full disk is for the end of the run to tell."""
         if self._run is None or self._reference is None:
             return
         from mvreg.report.page.render import write_page
+        from mvreg.report.so_far import report_so_far
 
-        started = time.perf_counter()
-        report = self._report(self._run, self._so_far(self._run), None, {})
+        started, run = time.perf_counter(), self._run
+        report = report_so_far(
+            run.scanset, self._views, self._so_far(run), method=run.method, seconds=self._seconds()
+        )
         with suppress(OSError):
-            write_page(self.folder, {**report, "status": "running"}, self._run.scanset, self._views)
+            write_page(self.folder, report, run.scanset, self._views)
         pace.written(started)
 
     def close(self) -> None:

@@ -128,3 +128,14 @@ def link_latest(folder: Path) -> None:
         temporary.replace(link)
     except OSError:
         (folder.parent / "latest.txt").write_text(f"{folder.name}\n", encoding="utf-8")
+
+
+def overrides_of(folder: Path) -> list[str]:
+    """What was said on the command line of a run, as Hydra keeps it; nothing where it does not."""
+    from omegaconf import ListConfig, OmegaConf
+
+    file = folder / ".hydra" / "overrides.yaml"
+    if not file.is_file():
+        return []
+    found = OmegaConf.load(file)
+    return [str(word) for word in found] if isinstance(found, ListConfig) else []

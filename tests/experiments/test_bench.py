@@ -72,7 +72,8 @@ def everything():
 
 
 def test_the_median_and_the_extremes_are_of_what_is_known():
-    from experiments.bench.numbers import ratio, spread
+    from experiments.bench.numbers import ratio
+    from mvreg.report.comparison.spread import spread
 
     found = spread([3.0, None, 1.0, float("nan"), 2.0])
     assert (found.median, found.least, found.most, found.count) == (2.0, 1.0, 3.0, 3)

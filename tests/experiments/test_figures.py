@@ -79,7 +79,12 @@ def test_what_a_run_says():
     assert (found.placed, found.total, found.complete, found.word) == (2, 3, False, "")
     apart = {**report("x", placed=2), "components": [{"poses": {"far": 0}}]}
     assert measured(Run(None, (), apart, None)).total == 4
-    assert measured(Run(None, (), {**report("x"), "errors": None}, None)).rotation is math.nan
+    unknown = measured(Run(None, (), {**report("x"), "errors": None}, None))
+    assert unknown.rotation is math.nan and unknown.false is None
+    scans = {"near": {"angle_deg": 4.9}, "far": {"angle_deg": 5.1}}
+    wrong = {**report("x"), "errors": {"scans": scans}, "consistency": {"rms_resolutions": 0.4}}
+    assert measured(Run(None, (), wrong, None)).false == 1
+    assert measured(Run(None, (), wrong, None)).consistency == 0.4
 
 
 @pytest.mark.parametrize(

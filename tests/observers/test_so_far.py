@@ -34,6 +34,7 @@ def test_a_page_is_written_while_a_long_run_is_under_way(tmp_path, monkeypatch):
     page = (tmp_path / "now" / "report.html").read_text(encoding="utf-8")
     assert "Under way: 2 of 3 scans are placed in one model so far" in page
     assert "load this page again" in page and "nothing is left to do" not in page
+    assert "not judged yet" in page and "Not placed</h2>" not in page
     assert not (tmp_path / "now" / "result.json").exists()
     recorder.finish_interrupted(rng=3, config={})
     page = (tmp_path / "now" / "report.html").read_text(encoding="utf-8")
@@ -45,19 +46,20 @@ def test_a_short_run_writes_none_before_its_end(tmp_path):
     assert not (tmp_path / "now" / "report.html").exists()
 
 
-def test_pages_take_a_hundredth_of_the_time_at_most(monkeypatch):
+def test_pages_come_every_minute_and_take_a_twentieth_of_the_time_at_most(monkeypatch):
     now = [0.0]
     monkeypatch.setattr(time, "perf_counter", lambda: now[0])
-    small, large = Pace(10), Pace(300)
-    now[0] = 99.0
-    assert not small.due()
-    now[0] = 101.0
-    assert small.due() and not large.due()
-    now[0] = 103.0
-    small.written(101.0)  # it took 2 s
-    now[0] = 300.0
-    assert not small.due()
-    now[0] = 304.0
+    small, usual, large = Pace(10), Pace(300), Pace(900)
+    now[0] = 59.0
+    assert not small.due() and not usual.due()
+    now[0] = 61.0
+    assert small.due() and usual.due() and not large.due()
+    now[0] = 66.0
+    small.written(61.0)  # it took 5 s
+    usual.written(65.0)
+    now[0] = 127.0
+    assert not small.due() and usual.due()
+    now[0] = 167.0
     assert small.due()
 
 

@@ -15,10 +15,15 @@ from mvreg.cli import main as cli
 from mvreg.geometry import se3
 from mvreg.report.build import build_report
 from mvreg.report.page import words
-from mvreg.report.page.data import colour, page_data
-from mvreg.report.page.graph import layout
+from mvreg.report.page.colours import colour
+from mvreg.report.page.data import page_data
+from mvreg.report.page.drawings import drawn
+from mvreg.report.page.graph import BORDER, WIDE, graph
+from mvreg.report.page.layout import layout
+from mvreg.report.page.pairs import refused_rows
 from mvreg.report.page.render import render_page
-from mvreg.report.page.sections import sections
+from mvreg.report.page.scenes import hypotheses, upright
+from mvreg.report.page.sections import Section, sections
 from mvreg.report.page.shown import NONE, Shown, packed
 from mvreg.types import Scan
 
@@ -125,6 +130,51 @@ def test_scenes_show_parts_files_and_refused_poses(mixed):
             )
 
 
+def attempt(source, target, confidence, **more):
+    return {
+        "source": source, "target": target, "verdict": "rejected", "confidence": confidence,
+        "reason": f"{confidence}", "T_target_source": np.eye(4).tolist(),
+    } | more  # fmt: skip
+
+
+def test_a_pair_tried_again_is_shown_once_by_its_best_attempt():
+    tried = [
+        attempt("a", "b", 0.2), attempt("b", "a", 0.4), attempt("a", "b", 0.1),
+        attempt("c", "a", None), attempt("b", "c", 0.3, verdict="accepted"),
+        attempt("d", "a", 0.5, T_target_source=None), attempt("d", "a", 0.5, reason="last"),
+        attempt("a", "d", 0.5, T_target_source=None),
+    ]  # fmt: skip
+    found = refused_rows({"pairs": tried})
+    assert [(pair["source"], pair["target"], pair["tries"]) for pair in found] == [
+        ("d", "a", 3), ("b", "a", 3), ("c", "a", 1),
+    ]  # fmt: skip
+    assert (found[0]["reason"], found[1]["reason"]) == ("last", "0.4")
+    best = hypotheses("a", {"pairs": tried})
+    assert [frozenset((pair["source"], pair["target"])) for pair in best] == [
+        frozenset("ad"), frozenset("ab"), frozenset("ac"),
+    ]  # fmt: skip
+    assert [pair["tries"] for pair in best] == [1, 3, 1]  # those that found a pose
+
+
+def test_refused_pairs_are_listed_and_drawn_once(mixed):
+    scans, report, result = mixed
+    first = next(pair for pair in report["pairs"] if pair["verdict"] == "rejected")
+    again = first | {"source": first["target"], "target": first["source"]}
+    more = report | {"pairs": [*report["pairs"], again]}
+    pages = [page_of(scans, one, result) for one in (report, more)]
+    drawn = []
+    for data in pages:
+        page = Page(render_page(data))
+        drawn.append(sum(attrs.get("class") == "refused" for _, attrs in page.tags))
+        assert f"The {drawn[-1]} refused pairs of scans" in page.text
+    assert drawn[0] == drawn[1] == len(pages[1].refused) > 0
+    tries = max(pair["tries"] for pair in pages[1].refused)
+    assert f"refused in {tries} attempts" in page.text
+    assert [sum(pair["tries"] for pair in data.refused) for data in pages] == [
+        sum(pair["verdict"] == "rejected" for pair in one["pairs"]) for one in (report, more)
+    ]
+
+
 def test_names_are_shown_as_they_are():
     scans = mvreg.dataset("tiny", views=3)
     odd = ["<script>alert(1)</script>", "a\"b' & c", "</script> {{ 1 }}"]
@@ -187,6 +237,87 @@ def test_the_graph_is_drawn_apart_and_the_same_each_time():
     assert layout(["a"], [], {}) == {"a": (0.5, 0.5)} and layout([], [], {}) == {}
 
 
+def test_parts_that_nothing_links_lie_beside_each_other():
+    names = [f"scan {k}" for k in range(30)]
+    links = [(names[k], names[k + 1]) for k in (*range(19), *range(20, 25))]
+    places = layout(names, links, {})
+    parts = [np.array([places[name] for name in names[a:b]]) for a, b in ((0, 20), (20, 26))]
+    (low, high), (other_low, other_high) = [(p.min(axis=0), p.max(axis=0)) for p in parts]
+    assert (low > other_high).any() or (other_low > high).any()
+    alone = np.array([places[name] for name in names[26:]])
+    for a, b in ((low, high), (other_low, other_high)):
+        assert not ((alone >= a) & (alone <= b)).all(axis=1).any()
+
+
+def test_many_links_are_drawn_thin_and_doubtful_ones_on_top():
+    scans = [{"name": f"s{k}", "grade": "red" if k < 2 else "green"} for k in range(80)]
+    sure = [
+        {"source": f"s{a}", "target": f"s{b}", "confidence": 0.99, "contact_ratio": 0.5}
+        for a in range(80) for b in range(a)
+    ]  # fmt: skip
+    doubtful = {"source": "s0", "target": "s1", "confidence": None, "contact_ratio": 0.5}
+    middling = {"source": "s2", "target": "s3", "confidence": 0.6, "contact_ratio": 0.5}
+    found = graph(scans, [doubtful, middling, *sure], {})
+    assert len(found.lines) < 10 and set(found.labels) == {"s0", "s1"}
+    assert [line.link for line in found.lines[-2:]] == [middling, doubtful]
+    assert sum(line.path.count("M") for line in found.lines) == len(sure) + 2
+    few = graph(scans[:5], [link for link in sure if int(link["source"][1:]) < 5], {})
+    assert len(few.lines) == 10 and all(line.link for line in few.lines)
+    assert few.lines[0].width > 2 * found.lines[0].width and few.opacity > found.opacity
+    assert set(few.labels) == {f"s{k}" for k in range(5)}
+    for name, label in few.labels.items():
+        x = few.nodes[name][0]
+        wanted = "start" if x < BORDER else "end" if x > WIDE - BORDER else "middle"
+        assert label.anchor == wanted
+    assert {"start", "end"} <= {label.anchor for label in few.labels.values()}
+
+
+def test_cameras_stand_upright_whichever_way_they_look():
+    points = np.random.default_rng(0).uniform(-1, 1, (50, 3))
+    for scan, up in (
+        (Scan("a", points, view_direction=np.array([0.0, 0.0, 1.0])), [0, 1, 0]),
+        (Scan("a", points + np.array([0, 0, 8]), view_point=np.zeros(3)), [0, -1, 0]),
+        (Scan("a", points - np.array([0, 0, 8]), view_point=np.zeros(3)), [0, 1, 0]),
+        (Scan("a", points + np.array([8, 0, 0]), view_point=np.zeros(3)), [0, 0, 1]),
+        (Scan("a", points, up=np.array([1.0, 0.0, 0.0])), [1, 0, 0]),
+        (Scan("a", points), [0, 0, 1]),
+    ):
+        scans = mvreg.types.ScanSet("one", (scan,))
+        turn = upright(scans, {"reference": "a"}, {"a": np.eye(4)})[:3, :3]
+        np.testing.assert_allclose(turn @ np.array(up), [0, 0, 1], atol=0.2)
+        np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-12)
+        assert np.linalg.det(turn) > 0
+
+
+def test_what_is_long_is_seen_from_its_side():
+    points = np.random.default_rng(0).uniform(-1, 1, (500, 3)) * [1, 5, 1]
+    scans = mvreg.types.ScanSet("one", (Scan("a", points),))
+    turn = upright(scans, {}, {"a": np.eye(4)})[:3, :3]
+    assert abs(turn[0] @ [0, 1, 0]) > 0.99
+
+
+def test_a_section_is_drawn_whole_with_its_enlarged_part_in_it():
+    whole = {"a": np.array([[-1.0, -1.0], [9.0, 3.0]])}
+    found = drawn(Section(np.zeros(3), 0.5, 1.0, whole, {"a": np.zeros((1, 2))}), {}, {})
+    places = [int(x) for x in re.findall(r"\d+", found["whole"][0]["path"].replace("h0", ""))]
+    assert min(places) >= 0 and max(places) <= 1000
+    x, y, side = found["box"]
+    assert side == pytest.approx(1000 * 2 / 10 / 1.05)
+    # The part's middle, which is the origin, lies a tenth of the extent from the left border.
+    assert x + side / 2 == pytest.approx(500 - 500 * 4 / 5 / 1.05)
+    assert y + side / 2 == pytest.approx(500 + 500 * 1 / 5 / 1.05)
+
+
+def test_levels_are_left_out_where_the_unit_is_not_known(mixed):
+    scans, report, result = mixed
+    texts = [
+        Page(render_page(page_of(scans, report | {"unit": unit}, result))).text
+        for unit in ("mm", "file")
+    ]
+    assert ["LOA" in text for text in texts] == [True, False]
+    assert ["Say dataset.unit=mm" in text for text in texts] == [False, True]
+
+
 def test_the_verdict_in_words():
     rows = [{"name": name, "status": "placed", "assessment": {"grade": "green"}} for name in "abc"]
     report = {"scans": rows, "poses": dict.fromkeys("abc"), "unit": "mm"}
@@ -204,6 +335,10 @@ def test_the_verdict_in_words():
     assert "Do not use the poses of b" in steps and "Several poses of c fit" in steps
     assert [row["name"] for row in sorted(rows, key=words.importance)] == ["c", "b", "a"]
     assert words.doubt(rows[2]) == "2 attempts; the closest: turned"
+    alone = {**report, "poses": {"a": 0}, "components": []}
+    assert words.verdict(alone).startswith("No two of the 3 scans are placed together")
+    assert words.doubt({"status": "not placed"}, running=True) == "not tried yet"
+    assert words.doubt({"status": "placed"}, running=True) == "not judged yet"
 
 
 def test_colours_of_neighbours_differ():

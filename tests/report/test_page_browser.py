@@ -1,107 +1,11 @@
-"""The page of a run in a browser: drawn, turned, chosen from, read and printed."""
+"""The page of a run in a browser: drawn, turned, chosen from, and worked by the keyboard."""
 
 from __future__ import annotations
 
-import base64
-from pathlib import Path
-
 import browsing
-import matplotlib.image
-import numpy as np
-import pytest
+from browsing import canvas, changed, drawn, find, pick
 
 import mvreg
-from mvreg.report.build import build_report
-from mvreg.report.page.render import write_page
-
-GOLDEN = Path(__file__).parent / "golden"
-GROUND = (17, 21, 28)
-CONTRAST = """
-const light = (rgb) => {
-  const part = rgb.slice(0, 3).map((v) => v / 255).map((v) => v <= 0.03928 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4);
-  return 0.2126 * part[0] + 0.7152 * part[1] + 0.0722 * part[2];
-};
-const numbers = (text) => (text.match(/[\\d.]+/g) || []).map(Number);
-const behind = (one) => {
-  for (; one; one = one.parentElement) {
-    const found = numbers(getComputedStyle(one).backgroundColor);
-    if (found.length === 3 || found[3] > 0.6) return found;
-  }
-  return [255, 255, 255];
-};
-const poor = [];
-for (const one of document.querySelectorAll("body *")) {
-  if (one.closest("script, svg") || !one.checkVisibility()) continue;
-  if (![...one.childNodes].some((node) => node.nodeType === 3 && node.textContent.trim())) continue;
-  const [a, b] = [light(numbers(getComputedStyle(one).color)), light(behind(one))];
-  const ratio = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
-  if (ratio < 4.5) poor.push([one.tagName, one.className, one.textContent.trim().slice(0, 30), ratio]);
-}
-return poor;
-"""  # noqa: E501
-
-
-def write(folder, scans):
-    result = mvreg.register(scans)
-    report = build_report(
-        scans, result.views, result, method="auto", rng=0, seconds={"total": 1.0}, config={}
-    )
-    return write_page(folder, report, scans, result.views), report
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    driver = browsing.start(tmp_path_factory.mktemp("profile"))
-    yield driver
-    driver.quit()
-
-
-@pytest.fixture(scope="module")
-def figurine(tmp_path_factory):
-    return write(tmp_path_factory.mktemp("figurine"), mvreg.dataset("figurine"))
-
-
-@pytest.fixture(scope="module")
-def mixed(tmp_path_factory):
-    """Two objects, and a scan of a third, which is not placed."""
-    scans = mvreg.dataset(
-        "mixture", of=["tiny views=4", "tiny views=3 shape=blob-0", "tiny views=1 shape=blob-2"]
-    )
-    return write(tmp_path_factory.mktemp("mixed"), scans)
-
-
-@pytest.fixture
-def page(browser, figurine):
-    browsing.resize(browser, 1300)
-    browsing.visit(browser, figurine[0])
-    yield browser
-    assert [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"] == []
-
-
-def find(browser, selector):
-    return browser.find_element("css selector", selector)
-
-
-def pick(browser, selector, text):
-    """Choose an option of a list by its text."""
-    for option in find(browser, selector).find_elements("tag name", "option"):
-        if option.text == text:
-            option.click()
-            return
-    raise AssertionError(f"{selector} offers no {text!r}")
-
-
-def canvas(browser):
-    return browsing.drawn_pixels(find(browser, "#view"))
-
-
-def drawn(picture):
-    """Share of the pixels that are not the background."""
-    return (np.abs(picture.astype(int) - GROUND).max(axis=2) > 8).mean()
-
-
-def changed(one, other):
-    return (np.abs(one.astype(int) - other.astype(int)).max(axis=2) > 8).mean()
 
 
 def names(browser):
@@ -192,9 +96,9 @@ def test_it_is_worked_by_the_keyboard(page):
     assert "chosen" not in row.get_attribute("class")
 
 
-def test_refused_poses_and_parts_are_shown(browser, mixed):
+def test_refused_poses_and_parts_are_shown(browser, parted):
     browsing.resize(browser, 1300)
-    browsing.visit(browser, mixed[0])
+    browsing.visit(browser, parted[0])
     model = canvas(browser)
     pick(browser, "#scene", "component 2")
     part = canvas(browser)
@@ -206,63 +110,76 @@ def test_refused_poses_and_parts_are_shown(browser, mixed):
     assert "refused" in scene.text
     assert drawn(canvas(browser)) > 0.02 and changed(canvas(browser), part) > 0.02
     box = find(browser, "#refused")
-    line = find(browser, "line.refused")
+    line = find(browser, ".refused")
     hidden = line.value_of_css_property("display")
     box.click()
     assert (hidden, line.value_of_css_property("display")) == ("none", "inline")
     assert browser.get_log("browser") == []
 
 
-@pytest.mark.parametrize("width", [1300, 700, 400])
-@pytest.mark.parametrize("which", ["figurine", "mixed"])
-def test_nothing_reaches_beyond_the_page(browser, which, width, request):
-    browsing.resize(browser, width)
-    browsing.visit(browser, request.getfixturevalue(which)[0])
-    wide = browser.execute_script("return document.documentElement.scrollWidth")
-    assert wide <= width
-    cut = browser.execute_script("""
-      return [...document.querySelectorAll("svg text")].filter((one) => {
-        const [a, b] = [one.getBoundingClientRect(), one.closest("svg").getBoundingClientRect()];
-        return a.left < b.left - 1 || a.right > b.right + 1 || a.bottom > b.bottom + 1;
-      }).map((one) => one.textContent);""")
-    assert cut == []
+def test_one_row_is_reached_by_tab_and_the_others_by_arrows(page):
+    from selenium.webdriver import ActionChains, Keys
+
+    def press(key):
+        ActionChains(page).send_keys(key).perform()
+        return page.switch_to.active_element
+
+    for place, kind in (("#scans tbody", "tr[data-scan]"), ("#graph", "circle[data-scan]")):
+        every = page.find_elements("css selector", f"{place} {kind}")
+        reached = page.find_elements("css selector", f"{place} {kind}[tabindex='0']")
+        assert reached == every[:1]
+        page.execute_script("arguments[0].focus()", every[0])
+        assert press(Keys.ARROW_DOWN) == every[1]
+        assert press(Keys.END) == every[-1] == press(Keys.ARROW_DOWN)
+        assert press(Keys.ARROW_UP) == every[-2]
+        assert page.find_elements("css selector", f"{place} {kind}[tabindex='0']") == [every[-2]]
+        press(Keys.ENTER)
+        name = every[-2].get_attribute("data-scan")
+        assert find(page, "#note").text.startswith(name)
+        press(Keys.ENTER)
+    assert find(page, "#filter").get_attribute("value") == ""
 
 
-@pytest.mark.parametrize("which", ["figurine", "mixed"])
-def test_text_stands_out(browser, which, request):
-    browsing.resize(browser, 1300)
-    browsing.visit(browser, request.getfixturevalue(which)[0])
-    assert browser.execute_script(CONTRAST) == []
+def test_what_is_reached_by_tab_is_outlined(page):
+    from selenium.webdriver import ActionChains, Keys
+
+    page.execute_script("document.activeElement.blur(); window.scrollTo(0, 0)")
+    seen = {}
+    for _ in range(60):
+        ActionChains(page).send_keys(Keys.TAB).perform()
+        one = page.switch_to.active_element
+        key = (one.tag_name, one.get_attribute("id"), one.text[:20])
+        if key in seen or one.tag_name == "body":
+            break
+        seen[key] = one.value_of_css_property("outline-style")
+    tags = {tag for tag, *_ in seen}
+    assert {"select", "input", "button", "canvas", "tr", "circle"} <= tags
+    assert {key for key, style in seen.items() if style == "none"} == set()
 
 
-def test_it_is_printed(page):
-    from selenium.webdriver.common.print_page_options import PrintOptions
+def test_links_that_wait_come_when_they_are_asked_for(
+    browser, figurine, written, tmp_path, monkeypatch
+):
+    from mvreg.report.page import render
 
-    made = base64.b64decode(page.print_page(PrintOptions()))
-    assert made.startswith(b"%PDF-") and len(made) > 20_000
+    monkeypatch.setattr(render, "AT_FIRST", 3)
+    scans = mvreg.dataset("tiny")
+    file, report = written(tmp_path, scans)
+    total = len(report["links"])
+    assert total > 3
 
+    def rows():
+        return len(browser.find_elements("css selector", "#links tbody tr"))
 
-@pytest.mark.parametrize(("name", "width"), [("desktop", 1000), ("phone", 400)])
-def test_it_looks_as_it_did(browser, figurine, name, width, request, tmp_path):
-    """The top of the page; a mean difference says more than fonts, which differ by machine."""
-    file = GOLDEN / f"page_{name}.png"
-    browsing.resize(browser, width, 700)
-    browsing.visit(browser, figurine[0])
-    found = shrunk(browsing.picture(browser.get_screenshot_as_png()))
-    if request.config.getoption("--renew-golden"):
-        GOLDEN.mkdir(exist_ok=True)
-        matplotlib.image.imsave(file, found)
-        pytest.skip(f"renewed {file.name}")
-    golden = np.round(255 * matplotlib.image.imread(file)[..., :3])
-    assert file.stat().st_size < 60_000
-    rows, columns = np.minimum(golden.shape[:2], found.shape[:2])
-    apart = np.abs(golden[:rows, :columns] - found[:rows, :columns].astype(float))
-    matplotlib.image.imsave(tmp_path / file.name, found)
-    assert apart.mean() < 12, f"see {tmp_path / file.name}"
-
-
-def shrunk(picture, by=4):
-    """Means of blocks of pixels, in which the shapes of letters are lost."""
-    rows, columns = (size // by * by for size in picture.shape[:2])
-    blocks = picture[:rows, :columns].reshape(rows // by, by, columns // by, by, 3)
-    return blocks.mean(axis=(1, 3)).round().astype(np.uint8)
+    for ask in ("[data-more=links]", "#links th button"):
+        browsing.visit(browser, file)
+        assert rows() == 3
+        assert f"show all {total} links" in find(browser, "[data-more=links]").text
+        browser.execute_script("document.querySelector(arguments[0]).click()", ask)
+        assert rows() == total
+        assert not browser.find_elements("css selector", "[data-more=links]")
+    values = [
+        row.find_element("css selector", "td").text
+        for row in browser.find_elements("css selector", "#links tbody tr")
+    ]
+    assert values == sorted(values)

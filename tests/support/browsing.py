@@ -17,6 +17,8 @@ FLAGS = (
     "--disable-background-networking", "--disable-component-update", "--disable-sync",
     "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
 )  # fmt: skip
+#: The background of the view.
+GROUND = (17, 21, 28)
 MISSING = "NOT TESTED: the page in a browser; install Chromium, its chromedriver, and selenium"
 
 
@@ -72,3 +74,29 @@ def picture(png):
 
     image = matplotlib.image.imread(io.BytesIO(png), format="png")
     return np.round(255 * image[..., :3]).astype(np.uint8)
+
+
+def find(browser, selector):
+    return browser.find_element("css selector", selector)
+
+
+def pick(browser, selector, text):
+    """Choose an option of a list by its text."""
+    for option in find(browser, selector).find_elements("tag name", "option"):
+        if option.text == text:
+            option.click()
+            return
+    raise AssertionError(f"{selector} offers no {text!r}")
+
+
+def canvas(browser):
+    return drawn_pixels(find(browser, "#view"))
+
+
+def drawn(picture):
+    """Share of the pixels that are not the background."""
+    return (np.abs(picture.astype(int) - GROUND).max(axis=2) > 8).mean()
+
+
+def changed(one, other):
+    return (np.abs(one.astype(int) - other.astype(int)).max(axis=2) > 8).mean()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from html import escape
 from typing import TYPE_CHECKING
 
@@ -45,7 +45,7 @@ def as_csv(table: Table) -> str:
     spread = [f"{one.name}{end}" for one in QUANTITIES for end in ("", "_min", "_max")]
     writer.writerow([*table.columns, "runs", "scans", *spread])
     for row in table.rows:
-        numbers = [v for cell in row.cells for v in (cell.median, cell.least, cell.most)]
+        numbers = [value for cell in row.cells for value in cell.ends]
         told = ["" if value is None else repr(value) for value in numbers]
         writer.writerow([*row.named, len(row.runs), row.runs[0].total, *told])
     return file.getvalue()
@@ -53,13 +53,17 @@ def as_csv(table: Table) -> str:
 
 def as_markdown(table: Table) -> str:
     """A table of Markdown, the best in bold."""
-    heads = headings(table)
-    ruler = ["---" if k < len(table.columns) else "---:" for k in range(len(heads))]
-    lines = [heads, ruler]
-    lines += [
+    rows = [
         [f"**{t}**" if best else t.replace("|", "\\|") for t, best in row] for row in marks(table)
     ]
-    return "\n".join(f"| {' | '.join(cells)} |" for cells in lines) + f"\n\n{NOTE}\n"
+    lines = markdown(headings(table), rows, len(table.columns))
+    return "\n".join(lines) + f"\n\n{NOTE}\n"
+
+
+def markdown(heads: Sequence[str], rows: Iterable[Sequence[str]], left: int = 1) -> list[str]:
+    """The lines of a table of Markdown; the first `left` columns are aligned left, others right."""
+    rules = ["---" if index < left else "---:" for index in range(len(heads))]
+    return [f"| {' | '.join(cells)} |" for cells in (heads, rules, *rows)]
 
 
 def as_latex(table: Table) -> str:

@@ -51,9 +51,7 @@ def compare(*runs: str | Path, grouped: bool = True) -> Any:
             continue
         cells: dict[str, object] = {"runs": len(row.runs), "scans": row.runs[0].total}
         for quantity, cell in zip(QUANTITIES, row.cells, strict=True):
-            ends = (cell.median, cell.least, cell.most)
-            cells |= dict(
-                zip((f"{quantity.name}{end}" for end in ("", "_min", "_max")), ends, strict=True)
-            )
+            names = (f"{quantity.name}{end}" for end in ("", "_min", "_max"))
+            cells |= dict(zip(names, cell.ends, strict=True))
         rows.append({**named, **cells})
     return pd.DataFrame(rows)

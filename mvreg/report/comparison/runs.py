@@ -10,6 +10,7 @@ from typing import Any
 
 from mvreg.errors import InputError
 from mvreg.report.json_file import load_report
+from mvreg.report.run_folder import overrides_of
 
 #: A scan further from its truth than this (degrees) is falsely placed.
 FALSE = 5.0
@@ -77,10 +78,6 @@ def _reports(place: str) -> Iterator[Path]:
 def told(folder: Path) -> Told:
     """What the run in a folder was told, and what it measured."""
     report = load_report(folder)
-    parts = report.get("components") or []
-    errors = [one for one in (report.get("errors"), *(p.get("errors") for p in parts)) if one]
-    scans = [error for one in errors for error in (one.get("scans") or {}).values()]
-    mean = (report.get("errors") or {}).get("mean") or {}
     return Told(
         folder=folder,
         dataset=str(report.get("dataset")),
@@ -88,16 +85,36 @@ def told(folder: Path) -> Told:
         unit=str(report.get("unit") or "file"),
         total=len(report.get("scans") or []),
         settings=settings(folder, report.get("config") or {}),
-        values={
-            "placed": float(len(report.get("poses") or {})),
-            "false": float(sum(error["angle_deg"] > FALSE for error in scans)) if errors else None,
-            "e_R": mean.get("rotation"),
-            "e_t": mean.get("translation"),
-            "consistency": (report.get("consistency") or {}).get("rms"),
-            "attempts": report.get("num_pairs"),
-            "time": (report.get("seconds") or {}).get("total"),
-        },
+        values=values_of(report),
     )
+
+
+def values_of(report: Mapping[str, Any]) -> dict[str, float | None]:
+    """What a run measured, by the names of the quantities; None where it is not known.
+
+    `false` counts the scans of every partial model; `consistency_resolutions` is `consistency` in
+    resolutions, which compares between data sets.
+
+    Parameters
+    ----------
+    report : mapping
+        As in ``result.json``.
+    """
+    parts = report.get("components") or []
+    errors = [one for one in (report.get("errors"), *(p.get("errors") for p in parts)) if one]
+    scans = [error for one in errors for error in (one.get("scans") or {}).values()]
+    mean = (report.get("errors") or {}).get("mean") or {}
+    apart = report.get("consistency") or {}
+    return {
+        "placed": float(len(report.get("poses") or {})),
+        "false": float(sum(error["angle_deg"] > FALSE for error in scans)) if errors else None,
+        "e_R": mean.get("rotation"),
+        "e_t": mean.get("translation"),
+        "consistency": apart.get("rms"),
+        "consistency_resolutions": apart.get("rms_resolutions"),
+        "attempts": report.get("num_pairs"),
+        "time": (report.get("seconds") or {}).get("total"),
+    }
 
 
 def settings(folder: Path, config: Mapping[str, Any]) -> dict[str, str]:
@@ -105,8 +122,6 @@ def settings(folder: Path, config: Mapping[str, Any]) -> dict[str, str]:
 
     What only repeats a run is left out: random numbers and orders.
     """
-    from mvreg.report.page.render import overrides_of
-
     said = overrides_of(folder)
     if said or (folder / ".hydra").is_dir():
         pairs = dict(word.lstrip("+~").partition("=")[::2] for word in said)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import statistics
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from mvreg.report.comparison.runs import Told
+from mvreg.report.comparison.spread import Spread, spread
 from mvreg.report.formatting import unit_name
 
 
@@ -28,12 +28,21 @@ QUANTITIES = (
 
 @dataclass(frozen=True)
 class Cell:
-    """The median of a quantity over the runs of a row, its extremes, and whether it is best."""
+    """A quantity over the runs of a row, None where none has it, and whether it is best."""
 
-    median: float | None
-    least: float | None = None
-    most: float | None = None
+    spread: Spread | None
     best: bool = False
+
+    @property
+    def median(self) -> float | None:
+        """The median over the runs."""
+        return self.spread.median if self.spread else None
+
+    @property
+    def ends(self) -> tuple[float | None, float | None, float | None]:
+        """Median, least and most."""
+        found = self.spread
+        return (found.median, found.least, found.most) if found else (None, None, None)
 
 
 @dataclass(frozen=True)
@@ -81,14 +90,7 @@ def _by_dataset(groups: dict[tuple[str, ...], list[Told]]) -> list[tuple[str, ..
 
 
 def _cells(runs: Sequence[Told]) -> list[Cell]:
-    found = []
-    for quantity in QUANTITIES:
-        known = [v for run in runs if (v := run.values[quantity.name]) is not None]
-        if known:
-            found.append(Cell(statistics.median(known), min(known), max(known)))
-        else:
-            found.append(Cell(None))
-    return found
+    return [Cell(spread(run.values[quantity.name] for run in runs)) for quantity in QUANTITIES]
 
 
 def _marked(named: tuple[str, ...], cells: dict[tuple[str, ...], list[Cell]]) -> tuple[Cell, ...]:
@@ -101,7 +103,7 @@ def _marked(named: tuple[str, ...], cells: dict[tuple[str, ...], list[Cell]]) ->
         known = {key: quantity.better * m for key, m in medians.items() if m is not None}
         top = max(known.values(), default=0.0)
         mine = cells[named][column]
-        found.append(Cell(mine.median, mine.least, mine.most, best=known.get(named) == top))
+        found.append(Cell(mine.spread, best=known.get(named) == top))
         if quantity.name in ("placed", "false") and known:
             rivals = {key: row for key, row in rivals.items() if known.get(key, top) == top}
     return tuple(found)
@@ -120,15 +122,6 @@ def texts(row: Row) -> list[str]:
     """The cells of a row as text: the median, and the least and most where they differ."""
     found = [*row.named, str(len(row.runs))]
     for quantity, cell in zip(QUANTITIES, row.cells, strict=True):
-        total = row.runs[0].total if quantity.name == "placed" else 0
-        found.append(shown(cell, quantity.form, total))
+        of = f"/{row.runs[0].total}" if quantity.name == "placed" else ""
+        found.append(cell.spread.shown(quantity.form, of) if cell.spread else "-")
     return found
-
-
-def shown(cell: Cell, form: str, total: int = 0) -> str:
-    """A cell as text; `total` is what a number of scans is of."""
-    if cell.median is None or cell.least is None or cell.most is None:
-        return "-"
-    middle, least, most = (format(value, form) for value in (cell.median, cell.least, cell.most))
-    of = f"/{total}" if total else ""
-    return f"{middle}{of}" if least == most else f"{middle}{of} ({least} to {most})"

@@ -1,69 +1,114 @@
-"""Where the nodes of the view graph are drawn."""
+"""The view graph as it is drawn: where its nodes are, and how its lines look."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
-import numpy as np
-
+from mvreg.report.page.layout import layout
 from mvreg.types import Array
 
-#: Steps of the layout, and the share of the drawing that a node moves by at first.
-STEPS, FIRST = 150, 0.1
+#: The drawing's width and height.
+WIDE, HIGH = 800, 600
+#: Confidences from which a link is green, and brown; below, it is grey.
+SURE, LIKELY = 0.95, 0.5
+SHADES = {SURE: "#1a7f37", LIKELY: "#9a6700", -1.0: "#8b93a1"}
+#: Of more links than this the sure ones are drawn as a few shapes, without names of their own;
+#: lines become thinner where there are more than so many.
+SINGLE, THICK = 500, 150
+#: Of more scans than this only those are labelled that are not green, and so many at most.
+LABELLED, MOST_LABELS = 60, 40
+#: Names stand so far below their nodes, and cross the border if they are not further from it.
+BELOW, BORDER = 27, 180
 
 
-def layout(
-    names: Sequence[str], links: Sequence[tuple[str, str]], start: Mapping[str, Array]
-) -> dict[str, tuple[float, float]]:
-    """Positions in the unit square: linked scans near each other, none on another.
+@dataclass(frozen=True)
+class Line:
+    """Links that are drawn alike: `path` as of SVG, in a colour and a width; of which, if one."""
 
-    Springs and charges (Fruchterman and Reingold 1991) from the places that the scans have in the
-    model, seen from the side that shows them widest; the same each time.
+    path: str
+    colour: str
+    width: float
+    link: Mapping[str, Any] | None = None
+
+
+@dataclass(frozen=True)
+class Label:
+    """Where the name of a scan stands, below its node, and how: SVG's ``text-anchor``."""
+
+    x: float
+    y: float
+    anchor: str
+
+
+@dataclass(frozen=True)
+class Graph:
+    """The view graph: places of the scans, lines, the surest first, and labels by scan.
+
+    `radius` is that of a node, `opacity` that of the lines.
+    """
+
+    nodes: Mapping[str, tuple[float, float]]
+    lines: Sequence[Line]
+    labels: Mapping[str, Label]
+    radius: int
+    opacity: float
+
+
+def graph(
+    scans: Sequence[Mapping[str, Any]],
+    links: Sequence[Mapping[str, Any]],
+    start: Mapping[str, Array],
+) -> Graph:
+    """Draw the view graph.
 
     Parameters
     ----------
-    names : sequence of str
-    links : sequence of pairs of names
+    scans : sequence of mapping
+        With `name` and `grade`, the doubtful ones first.
+    links : sequence of mapping
+        As ``links[]`` of ``result.json``, the least certain first.
     start : mapping of str to (3,) array
-        Where each scan is; those that are missing begin in a row below.
+        Where scans are in the model.
     """
-    count = len(names)
-    if not count:
-        return {}
-    place = {name: k for k, name in enumerate(names)}
-    where = _start(names, start)
-    pairs = np.array([(place[a], place[b]) for a, b in links], dtype=np.intp).reshape(-1, 2)
-    near = 1 / np.sqrt(count)
-    for step in range(STEPS):
-        apart = where[:, None] - where[None]
-        lengths = np.maximum(np.linalg.norm(apart, axis=2), 1e-3 * near)
-        push = (apart / lengths[..., None] ** 2 * near**2).sum(axis=1)
-        gap = where[pairs[:, 0]] - where[pairs[:, 1]]
-        pull = gap * np.linalg.norm(gap, axis=1)[:, None] / near
-        np.add.at(push, pairs[:, 0], -pull)
-        np.add.at(push, pairs[:, 1], pull)
-        push -= 0.5 * (where - 0.5)  # parts that nothing links stay in the picture
-        length = np.maximum(np.linalg.norm(push, axis=1, keepdims=True), 1e-12)
-        where = where + push / length * np.minimum(length, FIRST * (1 - step / STEPS))
-    low, high = where.min(axis=0), where.max(axis=0)
-    where = (where - low) / np.where(high > low, high - low, 1) if count > 1 else where * 0 + 0.5
-    return {name: (float(x), float(y)) for name, (x, y) in zip(names, where, strict=True)}
+    names = [str(scan["name"]) for scan in scans]
+    unit = layout(names, [(link["source"], link["target"]) for link in links], start)
+    nodes = {name: (round(WIDE * x, 1), round(HIGH * y, 1)) for name, (x, y) in unit.items()}
+    few = len(names) < LABELLED
+    doubtful = [str(scan["name"]) for scan in scans if scan["grade"] != "green"]
+    labels = {name: _label(*nodes[name]) for name in (names if few else doubtful[:MOST_LABELS])}
+    opacity = 0.75 if len(links) <= SINGLE else 0.45
+    return Graph(nodes, _lines(links, nodes), labels, 10 if few else 5, opacity)
 
 
-def _start(names: Sequence[str], start: Mapping[str, Array]) -> Array:
-    """The places seen from the side that shows them widest, in the unit square."""
-    rows = np.linspace(0.05, 0.95, max(len(names), 2))[: len(names)]
-    where = np.column_stack([rows, np.full(len(names), 0.95)])
-    known = [k for k, name in enumerate(names) if name in start]
-    if len(known) > 1:
-        points = np.array([start[names[k]] for k in known])
-        points = points - points.mean(axis=0)
-        axes = np.linalg.svd(points, full_matrices=False)[2][:2]
-        axes *= np.sign(axes[np.arange(len(axes)), np.abs(axes).argmax(axis=1)])[:, None]
-        flat = points @ axes.T
-        wide = np.ptp(flat, axis=0).max() or 1.0
-        where[known] = 0.5 + 0.8 * flat / wide
-    # No two at one place: nothing would drive them apart.
-    turn = 2.399963 * np.arange(len(names))
-    found: Array = where + 1e-3 * np.column_stack([np.cos(turn), np.sin(turn)])
-    return found
+def _label(x: float, y: float) -> Label:
+    """Names near the left and right border begin, and end, there."""
+    if BORDER <= x <= WIDE - BORDER:
+        return Label(x, y + BELOW, "middle")
+    return Label(x - 12, y + BELOW, "start") if x < BORDER else Label(x + 12, y + BELOW, "end")
+
+
+def _lines(
+    links: Sequence[Mapping[str, Any]], nodes: Mapping[str, tuple[float, float]]
+) -> list[Line]:
+    """The surest first: those below do not hide the doubtful ones."""
+    thin = min(1.0, (THICK / max(len(links), 1)) ** 0.5)
+    single: list[Line] = []
+    alike: dict[tuple[str, float], list[str]] = {}
+    for link in reversed(links):
+        (x, y), (z, w) = nodes[link["source"]], nodes[link["target"]]
+        width = thin * (0.6 + 6 * float(link.get("contact_ratio") or 0.0))
+        shade, path = _shade(link), f"M{x} {y}L{z} {w}"
+        if len(links) > SINGLE and shade == SHADES[SURE]:
+            alike.setdefault((shade, max(0.3, round(2 * width) / 2)), []).append(path)
+        else:
+            single.append(Line(path, shade, round(width, 2), link))
+    joined = [Line("".join(paths), *look) for look, paths in sorted(alike.items())]
+    return [*joined, *single]
+
+
+def _shade(link: Mapping[str, Any]) -> str:
+    confidence = link.get("confidence")
+    known = 0.0 if confidence is None else float(confidence)
+    return next(shade for least, shade in SHADES.items() if known >= least)

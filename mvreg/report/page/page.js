@@ -59,15 +59,46 @@
     canvas.focus({ preventScroll: true });
   }));
 
-  all("tr[data-scan], circle[data-scan]").forEach((one) => {
-    one.addEventListener("click", (event) => { if (event.target.tagName !== "INPUT") choose(one.dataset.scan); });
-    one.addEventListener("keydown", (event) => {
-      if ((event.key === "Enter" || event.key === " ") && event.target === one) { choose(one.dataset.scan); event.preventDefault(); }
+  // One scan of a table or graph is reached by Tab, the others from there by arrow keys.
+  const steps = { ArrowDown: 1, ArrowRight: 1, ArrowUp: -1, ArrowLeft: -1, Home: -Infinity, End: Infinity };
+  function reach(from, to) {
+    for (const [one, index] of [[from, "-1"], [to, "0"]]) {
+      one.setAttribute("tabindex", index);
+      one.querySelectorAll("input").forEach((box) => box.setAttribute("tabindex", index));
+    }
+    to.focus();
+  }
+  for (const [place, wanted] of [["#scans tbody", "tr[data-scan]"], ["#graph svg", "circle[data-scan]"]]) {
+    const held = document.querySelector(place);
+    if (!held) continue;
+    const one = (event) => event.target.closest(wanted);
+    held.addEventListener("click", (event) => {
+      if (one(event) && event.target.tagName !== "INPUT") choose(one(event).dataset.scan);
     });
-  });
+    held.addEventListener("keydown", (event) => {
+      if (one(event) !== event.target) return;
+      if (event.key === "Enter" || event.key === " ") choose(event.target.dataset.scan);
+      else if (event.key in steps) {
+        const every = [...held.querySelectorAll(wanted)].filter((other) => !other.hidden);
+        const next = Math.max(0, Math.min(every.length - 1, every.indexOf(event.target) + steps[event.key]));
+        reach(held.querySelector(`${wanted}[tabindex="0"]`) || event.target, every[next]);
+      } else return;
+      event.preventDefault();
+    });
+  }
+
+  function unfold(name) {  // the rows that waited
+    const button = document.querySelector(`[data-more="${name}"]`);
+    if (!button) return;
+    const rows = document.querySelector(`script[data-rows="${name}"]`).textContent;
+    document.querySelector(`#${name} tbody`).insertAdjacentHTML("beforeend", rows);
+    button.parentElement.remove();
+  }
+  all("[data-more]").forEach((button) => button.addEventListener("click", () => unfold(button.dataset.more)));
 
   all("table.sorts th button").forEach((button) => button.addEventListener("click", () => {
     const head = button.parentElement, table = head.closest("table"), body = table.tBodies[0];
+    if (table.id) unfold(table.id);
     const column = [...head.parentElement.children].indexOf(head);
     const up = head.getAttribute("aria-sort") !== "ascending";
     [...head.parentElement.children].forEach((one) => one.removeAttribute("aria-sort"));
@@ -79,18 +110,22 @@
       return text === "" || text === "-" ? null : Number.isNaN(number) ? text : number;
     };
     const order = new Intl.Collator(undefined, { numeric: true });
-    [...body.rows].sort((a, b) => {
-      const [x, y] = [value(a), value(b)];
+    const rows = [...body.rows].map((row) => [row, value(row)]);
+    body.replaceChildren();  // rows are laid out once, not at every step
+    rows.sort(([, x], [, y]) => {
       if (x === null || y === null) return (x === null) - (y === null);
       const found = typeof x === "number" && typeof y === "number" ? x - y : order.compare(String(x), String(y));
       return up ? found : -found;
-    }).forEach((row) => body.appendChild(row));
+    });
+    body.append(...rows.map(([row]) => row));
   }));
 
   const filter = document.getElementById("filter");
   if (filter) filter.addEventListener("input", () => {
     const wanted = filter.value.toLowerCase();
     all("#scans tbody tr").forEach((row) => { row.hidden = !row.textContent.toLowerCase().includes(wanted); });
+    const [reached, first] = ["tr[tabindex='0']", "tr:not([hidden])"].map((one) => document.querySelector(`#scans tbody ${one}`));
+    if (reached && reached.hidden && first) { reached.setAttribute("tabindex", "-1"); first.setAttribute("tabindex", "0"); }
   });
   const refused = document.getElementById("refused");
   if (refused) refused.addEventListener("change", () => {

@@ -13,12 +13,15 @@ import numpy as np
 from mvreg.evaluation.survey import LEVELS
 from mvreg.parallel import in_threads
 from mvreg.report import formatting
-from mvreg.report.page.data import GRADE_COLOURS, PageData, page_data
-from mvreg.report.run_folder import write_text
+from mvreg.report.page.colours import GRADE_COLOURS
+from mvreg.report.page.data import PageData, page_data
+from mvreg.report.run_folder import overrides_of, write_text
 from mvreg.types import Scan, ScanSet, View
 
 #: The page of a run, in its folder.
 NAME = "report.html"
+#: Links that are listed at once; the others wait until they are asked for, as rows take long.
+AT_FIRST = 200
 
 
 def write_page(
@@ -39,7 +42,8 @@ def write_page(
     Path
         The file.
     """
-    data = page_data(report, scanset, views, overrides_of(folder), hashes(scanset.scans))
+    digests = {} if report.get("status") == "running" else hashes(scanset.scans)
+    data = page_data(report, scanset, views, overrides_of(folder), digests)
     path = folder / NAME
     write_text(path, render_page(data))
     return path
@@ -53,8 +57,10 @@ def render_page(data: PageData) -> str:
     environment = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    filters: dict[str, Callable[[Any], object]] = {
+    filters: dict[str, Callable[..., object]] = {
         "length": lambda value: formatting.length(value, report),
+        "short": lambda value: formatting.number(value, ".3f" if report["unit"] == "mm" else ".2g"),
+        "counted": lambda word, items: formatting.count(items, word),
         "share": lambda value: formatting.number(value, ".2f"),
         "sure": formatting.confidence,
         "length_of": len,
@@ -69,7 +75,7 @@ def render_page(data: PageData) -> str:
     }
     return template.render(
         points={**data.points, "scans": scans}, data=data, report=report, levels=LEVELS,
-        grades=GRADE_COLOURS,
+        grades=GRADE_COLOURS, at_first=AT_FIRST,
         style=_file("page.css"), script=_file("page.js"), viewer=_file("viewer.js"),
     )  # fmt: skip
 
@@ -81,17 +87,6 @@ def hashes(scans: Sequence[Scan]) -> dict[str, str]:
 
 def _digest(scan: Scan) -> str:
     return hashlib.sha256(np.ascontiguousarray(scan.points, dtype="<f8").data).hexdigest()
-
-
-def overrides_of(folder: Path) -> list[str]:
-    """What was said on the command line of a run, as Hydra keeps it; nothing where it does not."""
-    from omegaconf import ListConfig, OmegaConf
-
-    file = folder / ".hydra" / "overrides.yaml"
-    if not file.is_file():
-        return []
-    found = OmegaConf.load(file)
-    return [str(word) for word in found] if isinstance(found, ListConfig) else []
 
 
 def _file(name: str) -> str:

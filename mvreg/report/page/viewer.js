@@ -3,7 +3,8 @@
 "use strict";
 
 function decoded(text, Type) {
-  const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  const letters = atob(text), bytes = new Uint8Array(letters.length);
+  for (let k = 0; k < letters.length; k++) bytes[k] = letters.charCodeAt(k);
   return new Type(bytes.buffer);
 }
 
@@ -21,6 +22,15 @@ function transposed(a) {
 
 function rgb(text) {
   return [1, 3, 5].map((k) => parseInt(text.slice(k, k + 2), 16) / 255);
+}
+
+function sampled(from, cells, most) {  // a few points of a scan, without those far astray
+  const [low, high] = from.inner, found = [], step = Math.max(1, Math.ceil(from.count / most));
+  for (let k = 0; k < from.count; k += step) {
+    const p = [0, 1, 2].map((axis) => from.low[axis] + from.side * cells[3 * k + axis] / 65535);
+    if (p.every((v, axis) => Math.abs(2 * v - low[axis] - high[axis]) <= 1.5 * (high[axis] - low[axis]))) found.push(p);
+  }
+  return found.length ? found : from.inner;
 }
 
 const VERTEX = `
@@ -79,46 +89,51 @@ function createViewer(canvas, data, onPick, onFail) {
     return made;
   };
   names.forEach((name, number) => {
-    const from = data.scans[name];
+    const from = data.scans[name], cells = decoded(from.points, Uint16Array);
     scans[name] = {
-      number, count: from.count, low: from.low, side: from.side, inner: from.inner, colour: rgb(from.colour),
+      number, count: from.count, low: from.low, side: from.side, sample: sampled(from, cells, Math.max(60, Math.min(1000, 2e4 / names.length))), colour: rgb(from.colour),
       grade: rgb(from.grade), visible: true,
-      place: buffer(decoded(from.points, Uint16Array)),
+      place: buffer(cells),
       normal: buffer(decoded(from.normals, Int8Array)),
       residual: buffer(decoded(from.residuals, Uint8Array)),
       own: from.colours ? buffer(decoded(from.colours, Uint8Array)) : null,
     };
   });
 
-  const state = { scene: null, centre: [0, 0, 0], scale: 1, yaw: 0.45, pitch: 0.3, distance: 2.7,
+  const state = { scene: null, sample: [], centre: [0, 0, 0], scale: 1, yaw: 0.45, pitch: 0.3, distance: 2.7,
     pan: [0, 0], mode: "scan", chosen: null, size: 2 };
-
-  function corners(scan) {
-    const found = [];
-    for (let k = 0; k < 8; k++)
-      found.push([0, 1, 2].map((axis) => scan.inner[(k >> axis) & 1][axis]));
-    return found;
-  }
 
   function show(scene) {
     state.scene = scene;
-    let low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-    for (const item of scene.items) {
-      const scan = scans[item.scan];
-      if (!scan) continue;
-      for (const p of corners(scan))
-        for (let k = 0; k < 3; k++) {
-          const v = item.pose[4 * k] * p[0] + item.pose[4 * k + 1] * p[1] + item.pose[4 * k + 2] * p[2] + item.pose[4 * k + 3];
-          low[k] = Math.min(low[k], v); high[k] = Math.max(high[k], v);
-        }
-    }
-    state.centre = low.map((v, k) => (v + high[k]) / 2);
-    state.scale = 2 / Math.max(Math.hypot(...high.map((v, k) => v - low[k])) / 1.25, 1e-300);
+    const points = [];
+    for (const item of scene.items)
+      for (const p of scans[item.scan] ? scans[item.scan].sample : [])
+        points.push([0, 1, 2].map((k) => item.pose[4 * k] * p[0] + item.pose[4 * k + 1] * p[1] + item.pose[4 * k + 2] * p[2] + item.pose[4 * k + 3]));
+    const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+    for (const p of points)
+      for (let k = 0; k < 3; k++) { low[k] = Math.min(low[k], p[k]); high[k] = Math.max(high[k], p[k]); }
+    state.centre = points.length ? low.map((v, k) => (v + high[k]) / 2) : [0, 0, 0];
+    state.scale = 2.5 / Math.max(Math.hypot(...high.map((v, k) => v - low[k])) || 0, 1e-300);
+    state.sample = points.map((p) => p.map((v, k) => (v - state.centre[k]) * state.scale));
     reset();
   }
 
   function reset() {
     Object.assign(state, { yaw: 0.45, pitch: 0.3, distance: 2.7, pan: [0, 0] });
+    const { turn, f, wide } = camera();
+    const seen = state.sample.map((p) => [0, 1, 2].map((k) => turn[4 * k] * p[0] + turn[4 * k + 1] * p[1] + turn[4 * k + 2] * p[2]));
+    for (let round = 0; seen.length && round < 4; round++) {
+      // As near as all that is sampled is seen, then its middle in the middle.
+      state.distance = Math.max(...[0, 1].map((k) => seen.reduce((far, p) => Math.max(far, p[2] + Math.abs(p[k] + state.pan[k]) * f / (k ? 0.9 : 0.9 * wide)), 0.05)));
+      for (const k of [0, 1]) {
+        let [low, high] = [Infinity, -Infinity];
+        for (const p of seen) {
+          const v = (p[k] + state.pan[k]) / (state.distance - p[2]);
+          low = Math.min(low, v); high = Math.max(high, v);
+        }
+        state.pan[k] -= (low + high) / 2 * state.distance;
+      }
+    }
     draw();
   }
 
@@ -128,9 +143,10 @@ function createViewer(canvas, data, onPick, onFail) {
     const around = [cy, sy, 0, 0, -sy * sp, cy * sp, cp, 0, sy * cp, -cy * cp, sp, 0, 0, 0, 0, 1];
     const turn = multiply(around, data.upright);
     const move = [1, 0, 0, state.pan[0], 0, 1, 0, state.pan[1], 0, 0, 1, -state.distance, 0, 0, 0, 1];
-    const f = 1 / Math.tan(0.35), near = 0.02, far = 60, wide = canvas.width / Math.max(canvas.height, 1);
+    const f = 1 / Math.tan(0.35), near = 0.02, far = 60;
+    const wide = canvas.clientWidth / Math.max(canvas.clientHeight, 1) || 1;
     const lens = [f / wide, 0, 0, 0, 0, f, 0, 0, 0, 0, (far + near) / (near - far), 2 * far * near / (near - far), 0, 0, -1, 0];
-    return { turn, all: multiply(lens, multiply(move, turn)) };
+    return { turn, f, wide, all: multiply(lens, multiply(move, turn)) };
   }
 
   function connect(name, from, length, type, normalised) {

@@ -23,6 +23,8 @@ def verdict(report: Report) -> str:
         said = f"Interrupted: {placed} of {count(total, 'scan')} were placed so far"
     elif report.get("status") == "running":
         said = f"Under way: {placed} of {count(total, 'scan')} are placed in one model so far"
+    elif placed <= 1 < total and not parts:
+        said = f"No two of the {total} scans are placed together"
     elif placed == total:
         said = f"All {count(total, 'scan')} are placed in one model"
     else:
@@ -32,7 +34,8 @@ def verdict(report: Report) -> str:
         where = "in another part" if len(parts) == 1 else f"in {len(parts)} other parts"
         said += f", {apart} more {where}"
     lost = sum(row.get("status") in LOST for row in rows)
-    if lost and report.get("status") != "running":
+    together = placed > 1 or bool(parts) or total <= 1
+    if lost and together and report.get("status") != "running":
         said += f", {lost} {'is' if lost == 1 else 'are'} not placed"
     if doubtful:
         said += f"; {len(doubtful)} of the poses {'is' if len(doubtful) == 1 else 'are'} doubtful"
@@ -42,7 +45,10 @@ def verdict(report: Report) -> str:
 def next_steps(report: Report) -> list[str]:
     """What a person can do about it, most urgent first."""
     if report.get("status") == "running":
-        return ["The run goes on, and poses may change: load this page again in a minute or more."]
+        return [
+            "The run goes on, and poses may change: load this page again in a minute or more. "
+            "Grades, residuals and loops come at its end."
+        ]
     rows = report.get("scans") or []
     steps = []
     red = [str(row["name"]) for row in rows if grade(row) == "red"]
@@ -79,12 +85,17 @@ def next_steps(report: Report) -> list[str]:
             "Scans that overlap both parts would join them; each part has a model of its own "
             "beside model.ply."
         )
-    if report.get("unit") == "file":
-        steps.append(
-            "Say dataset.unit=mm (or m, ...) to have the levels of accuracy named; nothing is "
-            "converted."
-        )
     return steps
+
+
+def hint(report: Report) -> str | None:
+    """What would make the page say more."""
+    if report.get("unit") != "file":
+        return None
+    return (
+        "Say dataset.unit=mm (or m, ...) to have the levels of accuracy named; nothing is "
+        "converted."
+    )
 
 
 def grade(row: Row) -> str | None:
@@ -93,9 +104,12 @@ def grade(row: Row) -> str | None:
     return str(found) if found else None
 
 
-def doubt(row: Row) -> str:
-    """Why a scan is as it is, in plain words."""
+def doubt(row: Row, running: bool = False) -> str:
+    """Why a scan is as it is, in plain words; of a run that is `running`, as far as is known."""
     status = str(row.get("status"))
+    if running:
+        unknown = "not tried yet" if status in LOST else "not judged yet"
+        return str(row.get("reason") or unknown)
     if status in LOST:
         if not row.get("attempts") and not row.get("reason"):
             return "no attempt was made"
