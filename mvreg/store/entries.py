@@ -46,7 +46,7 @@ def write(file: Path, key: str, value: Any) -> int:
 
 
 def read(file: Path, key: str, *more: type) -> Any:
-    """The value of an entry.
+    """The value of an entry; `more` are classes besides those of `mvreg.types`.
 
     Raises
     ------
@@ -55,6 +55,12 @@ def read(file: Path, key: str, *more: type) -> Any:
     EntryError
         If it is damaged, of another format, or was written under another key.
     """
+    description, arrays = verified(file, key)
+    return decoded(description, arrays, *more)
+
+
+def verified(file: Path, key: str) -> tuple[str, Arrays]:
+    """The description and the arrays of an entry, as they were written; raises as `read`."""
     from safetensors import SafetensorError, safe_open
 
     if not file.is_file():
@@ -70,7 +76,7 @@ def read(file: Path, key: str, *more: type) -> Any:
         raise EntryError(f"expected {FORMAT!r} of {key}, got {said.get('format')!r}")
     if checksum(said, arrays) != expected:
         raise EntryError("the checksum is wrong")
-    return decoded(said["description"], arrays, *more)
+    return said["description"], arrays
 
 
 def checksum(said: Mapping[str, str], arrays: Arrays) -> str:
