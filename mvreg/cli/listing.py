@@ -22,6 +22,7 @@ Usage:
   mvreg look FOLDER        what a folder of scans holds, and what looks wrong with it
   mvreg plugins [KIND]     every stage: what it does, its parameters, who registered it
   mvreg inspect [FOLDER]   the table of a finished run, by default of the newest
+  mvreg add [RUN]          register the scans that have come since; those in the model stay
   mvreg export RUN FORMAT...   a finished run for other programs; mvreg export --list
   mvreg report [RUN]       report.html of a finished run once more
   mvreg report --poses FILE DIR     judge poses that something else found of the scans in DIR
@@ -48,6 +49,7 @@ Keys:
   rng=0                  everything random follows from this number
   rerun=true             write run.rrd, a recording for the rerun viewer
   export=[]              formats to write to RUN/export at the end: export=[las,tum]
+  executor=threads       who works: threads, dask (a cluster), shards; shard=2/8 is a share of it
   store=true             keep finished work, and find it when the same is asked again; or store=DIR
   resume=false           leave out a run whose folder has an answer already; experiments do
   debug=false            show the traceback of an error

@@ -39,6 +39,7 @@ COMMANDS = {
     "look": "mvreg.cli.look",
     "export": "mvreg.cli.export",
     "store": "mvreg.cli.kept",
+    "add": "mvreg.cli.add",
 }
 
 
