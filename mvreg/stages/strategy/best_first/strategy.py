@@ -61,7 +61,7 @@ class BestFirst:
     """
 
     radii: list[float] = field(default_factory=lambda: [1.0, 2.0, 3.0])
-    neighbours: int = 5
+    neighbours: int = 10
     parts: int = 3
     max_failures: int = 10
     min_probability: float = 0.5
