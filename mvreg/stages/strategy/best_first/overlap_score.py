@@ -67,12 +67,13 @@ def overlap_scores(views: Sequence[View], radii: Sequence[float], neighbours: in
 
 
 def profile_cosines(scores: Array) -> Array:
-    """Cosines (N, N) between what pairs of scans have in common with all others: their rows.
+    """Cosines (N, N) between what pairs of scans have in common with all: their rows.
 
     Scans that overlap look like the same others. Of 1,000 scans of a column the search takes 1.36
     attempts a scan with them, 1.43 without.
     """
-    shared = scores @ scores
+    profiles = scores + np.diag(scores.max(axis=1, initial=0.0))  # each is most like itself
+    shared = profiles @ profiles
     lengths = np.sqrt(np.diagonal(shared))
     cosines: Array = shared / np.maximum(np.outer(lengths, lengths), np.finfo(float).tiny)
     return cosines
