@@ -14,6 +14,7 @@ from mvreg.geometry import se3
 from mvreg.stages.adjust.joint import block_matrix, solver
 from mvreg.stages.adjust.joint.correspondences import Contacts, Gate, contacts, touching
 from mvreg.stages.adjust.joint.normal_equations import MAD, Frame, System, rows, spread
+from mvreg.stages.adjust.joint.solver import extrapolated
 from mvreg.stages.adjust.joint.stage import JointRefinement
 from mvreg.stages.adjust.joint.surface import surfaces
 from mvreg.testing import blob_scans, pipeline
@@ -373,3 +374,13 @@ def test_bunny_from_the_truth_and_from_three_degrees_off(data_root, monkeypatch)
         errors = pose_errors(end.poses, right, seen[0].name).mean
         assert errors.rotation < 0.0048
         assert errors.translation < 0.30
+
+
+def test_steps_that_halve_are_followed_to_their_end():
+    whole = np.array([[0.0] * 6, [0.02, 0, 0.01, 1.0, 0, 0], [0, 0, 0, 0, 2.0, 0]])
+    steps = [whole / 2, whole / 4]  # a half, a quarter, and so on
+    motions = np.stack([se3.exp(0.75 * one) for one in whole])
+    found = extrapolated(steps, motions, [1, 2])
+    np.testing.assert_allclose(found, [se3.exp(one) for one in whole], atol=1e-9)
+    for others in ([whole, -whole / 2], [whole, whole / 10], [whole], [0 * whole, 0 * whole]):
+        np.testing.assert_array_equal(extrapolated(others, motions, [1, 2]), motions)
