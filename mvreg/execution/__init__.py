@@ -6,3 +6,5 @@ from mvreg.execution.threads import Threads
 
 #: The executors by name: ``executor=dask``.
 EXECUTORS = {"threads": Threads, "dask": Dask, "shards": Shards}
+
+__all__ = ["Dask", "Shards", "Threads"]
