@@ -25,10 +25,16 @@ from mvreg.errors import InputError
 
 RESULTS = Path(__file__).resolve().parents[1] / "results"
 IMAGES = (".svg", ".png")
-#: What ``floor.py`` writes; what is made of the runs of ``bench.py``, where there are any; and what
-#: was written by hand, of profiles and of other systems on places.
-FLOOR, BENCH, PROFILE, OTHERS = "floor.md", "bench.md", "profile.md", "other_systems.md"
-LARGE = "large.md"
+#: What is made of the runs of ``bench.py``, where there are any.
+BENCH = "bench.md"
+#: What is not made of runs: ``floor.py`` writes the third page, the others are written by hand.
+KEPT = (
+    ("Where the time goes", "profile.md"),
+    ("Other systems on places, and POLAR", "other_systems.md"),
+    ("How far the truth can be trusted", "floor.md"),
+    ("Large scans", "large.md"),
+    ("Many scans", "many.md"),
+)
 
 LEGEND = """\
 `false`: scans placed more than 5 degrees off the truth. e_R: mean Frobenius norm of the rotations'
@@ -100,14 +106,7 @@ def main(
         sys.stdout.write(f"{out / BENCH}: {measured} runs\n")
     if (out / BENCH).is_file():
         contents.append(f"| [{bench_page.TITLE}]({BENCH}) | |")
-    if (out / PROFILE).is_file():
-        contents.append(f"| [Where the time goes]({PROFILE}) | |")
-    if (out / OTHERS).is_file():
-        contents.append(f"| [Other systems on places, and POLAR]({OTHERS}) | |")
-    if (out / FLOOR).is_file():
-        contents.append(f"| [How far the truth can be trusted]({FLOOR}) | |")
-    if (out / LARGE).is_file():
-        contents.append(f"| [Large scans]({LARGE}) | |")
+    contents += [f"| [{title}]({file}) | |" for title, file in KEPT if (out / file).is_file()]
     (out / "README.md").write_text("\n".join(overview(contents)) + "\n", "utf-8")
 
 
