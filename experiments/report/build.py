@@ -27,11 +27,12 @@ RESULTS = Path(__file__).resolve().parents[1] / "results"
 IMAGES = (".svg", ".png")
 #: What is made of the runs of ``bench.py``, where there are any.
 BENCH = "bench.md"
+FLOOR = "floor.md"
 #: What is not made of runs: ``floor.py`` writes the third page, the others are written by hand.
 KEPT = (
     ("Where the time goes", "profile.md"),
     ("Other systems on places, and POLAR", "other_systems.md"),
-    ("How far the truth can be trusted", "floor.md"),
+    ("How far the truth can be trusted", FLOOR),
     ("Large scans", "large.md"),
     ("Many scans", "many.md"),
 )
