@@ -11,7 +11,7 @@ from observed import apart, run, scanset, view_of
 from mvreg import events
 from mvreg.observers.rerun import archetypes
 from mvreg.observers.rerun.observer import RerunObserver, Seen, entities
-from mvreg.types import View
+from mvreg.types import Scan, View
 
 
 def shown(happened) -> list[list[tuple[str, object]]]:
@@ -136,6 +136,14 @@ def test_large_clouds_are_thinned(count):
     large = View("x", points, points, view.features, 1.0, view.scale)
     drawn = len(archetypes.cloud(large, archetypes.BLUE).positions)
     assert min(count, 2500) <= drawn <= 5000
+
+
+def test_clouds_of_many_scans_are_thinner():
+    assert archetypes.most_points(2) == archetypes.most_points(300) == archetypes.MOST_POINTS
+    assert archetypes.most_points(1000) == 1500
+    assert archetypes.most_points(10**6) == archetypes.LEAST_POINTS
+    view = view_of(Scan("a", np.random.default_rng(0).random((4000, 3))))
+    assert len(archetypes.cloud(view, archetypes.GREY, 1500).positions) <= 1500
 
 
 def test_many_matches_are_thinned():

@@ -28,6 +28,14 @@ CYAN: Color = (60, 210, 220)
 #: A recording is for eyes: more points or lines cost time and show nothing more.
 MOST_POINTS = 5000
 MOST_LINES = 200
+#: Clouds of many scans are thinner, so that all of one kind have no more points than this, down to
+#: so many each: the recording of some thousand scans takes some hundred megabytes.
+ALL_POINTS, LEAST_POINTS = 1_500_000, 200
+
+
+def most_points(scans: int) -> int:
+    """How many points of a cloud are recorded in a run of so many scans."""
+    return min(MOST_POINTS, max(LEAST_POINTS, ALL_POINTS // max(scans, 1)))
 
 
 def hue(index: int) -> Color:
@@ -43,11 +51,11 @@ def escape(name: str) -> str:
     return rr.escape_entity_path_part(name)
 
 
-def cloud(view: View, color: Color) -> Any:
-    """Registration points of a view, thinned evenly."""
+def cloud(view: View, color: Color, most: int = MOST_POINTS) -> Any:
+    """Registration points of a view, thinned evenly to `most`."""
     import rerun as rr
 
-    points = view.points[:: max(1, -(-len(view.points) // MOST_POINTS))]
+    points = view.points[:: max(1, -(-len(view.points) // most))]
     return rr.Points3D(points.astype(np.float32), colors=[color], radii=[view.resolution / 3])
 
 

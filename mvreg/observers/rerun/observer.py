@@ -47,10 +47,13 @@ class Seen:
     pair: int = 0
     target: View | None = None
     placed: frozenset[str] = frozenset()
+    most: int = archetypes.MOST_POINTS
 
     def after(self, event: Event) -> Seen:
         """What is known once `event` has happened."""
         match event:
+            case RunStarted():
+                return replace(self, most=archetypes.most_points(len(event.scanset.scans)))
             case ViewPrepared():
                 return replace(self, views={**self.views, event.view.name: event.view})
             case PairStarted():
@@ -109,7 +112,7 @@ def _placed(name: str, T_model_scan: Array | None, seen: Seen) -> Entities:
     shown: Entities = [(_path(name), archetypes.pose(T_model_scan))]
     if name not in seen.placed:
         color = archetypes.hue(list(seen.views).index(name))
-        shown.append((_path(name), archetypes.cloud(seen.views[name], color)))
+        shown.append((_path(name), archetypes.cloud(seen.views[name], color, seen.most)))
     return shown
 
 
@@ -117,16 +120,16 @@ def _clouds(event: PairRegistered, seen: Seen) -> Entities:
     """Target, source before (beside it) and source after, green or red by the verdict."""
     shown: Entities = []
     if event.target is not seen.target:
-        shown.append(("pair/target", archetypes.cloud(event.target, archetypes.GREY)))
+        shown.append(("pair/target", archetypes.cloud(event.target, archetypes.GREY, seen.most)))
     aside = archetypes.beside(event.source, event.target)
     shown.append(("pair/before", archetypes.pose(aside)))
-    shown.append(("pair/before", archetypes.cloud(event.source, archetypes.BLUE)))
+    shown.append(("pair/before", archetypes.cloud(event.source, archetypes.BLUE, seen.most)))
     if event.registration is None:
         shown.append(("pair/after", archetypes.nothing()))
         return shown
     color = archetypes.GREEN if event.pair.verdict.reliable else archetypes.RED
     shown.append(("pair/after", archetypes.pose(event.registration.T_target_source)))
-    shown.append(("pair/after", archetypes.cloud(event.source, color)))
+    shown.append(("pair/after", archetypes.cloud(event.source, color, seen.most)))
     return shown
 
 
