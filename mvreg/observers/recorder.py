@@ -13,6 +13,7 @@ import numpy as np
 
 from mvreg.errors import InputError
 from mvreg.events import (
+    AdjustStarted,
     Event,
     PairRegistered,
     PosesRevised,
@@ -26,6 +27,7 @@ from mvreg.observers.pace import Pace
 from mvreg.plugins.hookspecs import hookimpl
 from mvreg.report.build import build_report, pair_seconds
 from mvreg.report.finished import show_run, write_run
+from mvreg.report.run_folder import write_placements
 from mvreg.types import Array, Pair, Result, ScanSet, View
 
 COLUMNS = (
@@ -92,6 +94,8 @@ class Recorder:
                 self._poses[event.name] = event.T_model_scan
                 self._components = without(event.name, self._components)
                 self._augmenting += event.seconds
+            case AdjustStarted():
+                self._write_placed(event.result)
             case RunFinished():
                 self._finish(event.scanset, event.result, event.report)
         if isinstance(event, ViewPlaced | PosesRevised) and self._pace and self._pace.due():
@@ -136,6 +140,12 @@ class Recorder:
             "augment": self._augmenting,
             "total": time.perf_counter() - self._started,
         }
+
+    def _write_placed(self, result: Result) -> None:
+        """The poses before they are refined; a full disk is for the end of the run to tell."""
+        if self._run is not None:
+            with suppress(OSError):
+                write_placements(self.folder, self._run.scanset, result)
 
     def _write_so_far(self, pace: Pace) -> None:
         """The page of what is placed by now; a full disk is for the end of the run to tell."""

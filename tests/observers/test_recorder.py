@@ -40,6 +40,18 @@ def test_a_finished_run_leaves_everything(tmp_path):
     assert names == ["model.ply", "pairs.csv", "poses/a.txt", "poses/b.txt", "result.json"]
 
 
+def test_what_is_placed_is_written_before_it_is_refined(tmp_path):
+    happened = run()
+    result = happened[-1].result
+    before = [event for event in happened if not isinstance(event, events.RunFinished)]
+    recorder = record(tmp_path, [*before, events.AdjustStarted(result)])
+    for name, pose in result.poses.items():
+        file = tmp_path / "poses" / pose_files([name])[name]
+        np.testing.assert_array_equal(np.loadtxt(file), pose)
+    assert not (tmp_path / "result.json").exists()
+    recorder.close()
+
+
 def test_pairs_are_rows(tmp_path):
     record(tmp_path / "now", run())
     hopeless, accepted, rejected = rows(tmp_path / "now")
