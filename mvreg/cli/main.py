@@ -6,6 +6,7 @@ sweep ends with the worst of its runs' codes.
 
 from __future__ import annotations
 
+import logging
 import os
 import re
 import sys
@@ -129,6 +130,8 @@ def run_hydra(words: list[str]) -> int:
     from mvreg.config.presets import CONFIG_PATH
     from mvreg.config.store import registered
 
+    # It says at its import how many threads it takes, on standard output; pandas imports it.
+    logging.getLogger("numexpr").setLevel(logging.WARNING)
     start: Callable[[], Any] = hydra.main(CONFIG_PATH, "config", VERSION_BASE)(job)
     readable = quoted_paths(words)
     with collected_codes() as codes, arguments_for_hydra(readable), registered(), explained():

@@ -177,9 +177,13 @@ class Session:
         ]  # fmt: skip
         futures = self.send(away, keys, tasks, views, pipeline, store)
         for k, task in enumerate(tasks):
+            members, before = [views[m] for m in task.members], store.use.found
             if k in futures:
                 finished(futures[k], store)
-            yield worked(task, [views[k] for k in task.members], pipeline, store)
+            answer = worked(task, members, pipeline, store)
+            if k in futures:
+                store.use.found = before  # it is of this run
+            yield answer
 
     def send(
         self,

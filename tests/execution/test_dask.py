@@ -44,7 +44,10 @@ def test_workers_and_threads_agree_also_when_one_is_killed(tmp_path):
     store = FolderStore(tmp_path / "whole", 10**9)
     told = []
     assert_same(placed(store, Dask(workers=2), told.append), alone)
-    assert store.use.found > 0, "answers come from the store"
+    assert store.use.found == 0, "nothing was there before this run"
+    again = FolderStore(tmp_path / "whole", 10**9)
+    assert_same(placed(again, Dask(workers=1)), alone)
+    assert again.use.found > 5 and again.use.kept == 0
     assert sum(isinstance(event, PairRegistered) for event in told) == len(alone.pairs)
 
     from distributed import get_client
