@@ -133,3 +133,12 @@ def test_a_third_view_closes_a_triangle():
     found = known((0, 1, 0.6), (1, 2, 0.6))
     pair = closing_pair(found, found.known[1], {frozenset((0, 1)), frozenset((1, 2))})
     assert pair is not None and frozenset(pair) == frozenset((0, 2))
+
+
+def test_what_can_slide_is_a_rival_of_what_cannot():
+    found = Hypotheses(PartialModels(VIEWS))
+    poses = [true(0, 1), true(0, 1, HALF_TURN)]
+    (alone,) = found.add(0, 1, poses, [0.99, 0.0])
+    (beside,) = found.add(0, 1, poses, [0.99, 0.0], 1, [0.99, 0.99])
+    assert alone.probability > 0.9 and alone.chance == CHANCE
+    assert beside.probability < 0.51 and beside.chance == CHANCE_OF_RIVALS

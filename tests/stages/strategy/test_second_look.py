@@ -26,7 +26,9 @@ def attempt(*alternatives):
 
 
 def look(registration):
-    return looked_at_again(PIPELINE, registration, VIEWS[1], VIEWS[0])
+    found, likely, plausible = looked_at_again(PIPELINE, registration, VIEWS[1], VIEWS[0])
+    assert all(one <= other for one, other in zip(likely, plausible, strict=True))
+    return found, likely
 
 
 def test_the_right_pose_among_the_alternatives_is_found():

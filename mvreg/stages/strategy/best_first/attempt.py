@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from hashlib import blake2b
 from typing import ClassVar
 
 import numpy as np
@@ -65,7 +64,7 @@ class Attempt:
     kinds: ClassVar[tuple[str, ...]] = ("seed", "propagate", "refine", "judge", "augment")
     answers: ClassVar[tuple[type, ...]]
 
-    members: tuple[int, ...] = field(metadata={"stored": False})
+    members: tuple[int, ...]
     count: int
     poses: Array
     source: int
@@ -104,10 +103,9 @@ class Attempt:
         models.group = np.where(np.arange(len(views)) < self.count, 0, 1)
         return models
 
-    def draw(self, *names: str) -> np.random.Generator:
-        """Random numbers for the pair of views of these names, whatever else is registered."""
-        words = np.frombuffer(blake2b("\0".join(names).encode(), digest_size=16).digest(), "<u4")
-        key = (*self.spawn_key, *words.tolist())
+    def draw(self, *views: int) -> np.random.Generator:
+        """Random numbers for some of the members, whatever else is registered, and when."""
+        key = (*self.spawn_key, *(self.members[k] for k in views))
         return np.random.default_rng(np.random.SeedSequence(self.entropy, spawn_key=key))
 
 
@@ -139,8 +137,8 @@ class Outcome:
         refused.
     poses : (C, 4, 4) array
         ``T_target_source`` of a refused attempt that may be right.
-    probabilities : (C,) array
-        How probable each is by itself.
+    probabilities, plausibilities : (C,) arrays
+        How probable each is by itself; and whether or not it can slide.
     registered : tuple of Registered
         The registrations as observers are told of them, in the order in which they ended.
     events : tuple of Event
@@ -152,6 +150,7 @@ class Outcome:
     joint: Edge | None
     poses: Array
     probabilities: Array
+    plausibilities: Array
     registered: tuple[Registered, ...]
     events: tuple[Event, ...] = field(default=(), metadata={"stored": False})
 
@@ -183,19 +182,19 @@ class Work:
             self.consistent,
             self.closing,
         )
-        rng = attempt.draw(source.name, *(views[k].name for k in attempt.targets))
+        rng = attempt.draw(attempt.source, *attempt.targets)
         registration, pair = self.pipeline.register(source, target, attempt.graph, rng, checks)
         own = len(self.pairs)
         self.pairs.append(replace(pair, target=first.name))
-        poses, probabilities = np.empty((0, 4, 4)), np.empty(0)
+        poses, said = np.empty((0, 4, 4)), np.empty((0, 2))
         if registration is not None and not pair.verdict.reliable:
-            found, likely = looked_at_again(self.pipeline, registration, source, target)
+            found, likely, plausible = looked_at_again(self.pipeline, registration, source, target)
             registration = self.chosen(found, likely, own, source, target, checks)
             poses = np.array([one.T_target_source for one in found])
-            probabilities = np.array(likely)
+            said = np.column_stack([likely, plausible])
         joint = None if registration is None else Edge.of(registration, source, target)
         return Outcome(
-            tuple(self.pairs), own, joint, poses, probabilities, self.registered(),
+            tuple(self.pairs), own, joint, poses, said[:, 0], said[:, 1], self.registered(),
             tuple(self.events),
         )  # fmt: skip
 
@@ -253,7 +252,7 @@ class Work:
         ends = self.views[self.attempt.source].name, self.views[self.attempt.targets[0]].name
         graph = self.attempt.graph.with_edge(Edge(*ends, registration.T_target_source))
         target = self.models.target([self.attempt.second[1]], self.pipeline)
-        rng = self.attempt.draw("second", moving.name, staying.name)
+        rng = self.attempt.draw(*self.attempt.second)
         _, pair = self.pipeline.register(moving, target, graph, rng)
         self.pairs.append(replace(pair, target=staying.name))
         if not pair.verdict.open_loop:

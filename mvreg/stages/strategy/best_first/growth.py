@@ -101,8 +101,9 @@ class Growth:
             return True
         if found.joint is None:
             kept = self.hypotheses.add(
-                source, targets[0], list(found.poses), found.probabilities.tolist(), own
-            )
+                source, targets[0], list(found.poses), found.probabilities.tolist(), own,
+                found.plausibilities.tolist(),
+            )  # fmt: skip
             if kept:
                 best = max(kept, key=lambda one: one.probability)
                 closing = closing_pair(self.hypotheses, best, self.search.registered)

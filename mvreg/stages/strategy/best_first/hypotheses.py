@@ -69,14 +69,21 @@ class Hypotheses:
         poses: Sequence[Array],
         probabilities: Sequence[float],
         attempt: int = 0,
+        plausibilities: Sequence[float] | None = None,
     ) -> list[Hypothesis]:
-        """Keep the poses of one attempt, of which one at most is right, as far as probable."""
+        """Keep the poses of one attempt, of which one at most is right, as far as probable.
+
+        Those that can slide are not probable, but rivals of the others: by their `plausibilities`.
+        """
         kept = []
-        odds = np.array([p / max(1 - p, LEAST_DOUBT) for p in probabilities])
-        shares = np.minimum(odds / (1 + odds.sum()), MOST_PROBABILITY)
+        odds, rivals = (
+            np.array([p / max(1 - p, LEAST_DOUBT) for p in each])
+            for each in (probabilities, probabilities if plausibilities is None else plausibilities)
+        )
+        shares = np.minimum(odds / (1 + rivals.sum()), MOST_PROBABILITY)
         for k, (pose, share) in enumerate(zip(poses, shares, strict=True)):
             if share >= LEAST_PROBABILITY:
-                rival = np.delete(shares, k).max(initial=0.0) >= RIVAL * share
+                rival = np.delete(rivals, k).max(initial=0.0) >= RIVAL * odds[k]
                 chance = CHANCE_OF_RIVALS if rival else CHANCE
                 kept.append(Hypothesis(source, target, pose, float(share), attempt, chance))
         self.known += kept

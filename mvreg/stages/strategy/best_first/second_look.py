@@ -15,7 +15,7 @@ from mvreg.evidence.pairing import view_pairs
 from mvreg.evidence.pooling import SUBSAMPLING
 from mvreg.parallel import in_threads
 from mvreg.stages.strategy.best_first.hypotheses import LEAST_PROBABILITY, distinct
-from mvreg.stages.strategy.best_first.joint_verdict import together
+from mvreg.stages.strategy.best_first.joint_verdict import Together, together
 from mvreg.stages.strategy.best_first.symmetry import symmetry_hypotheses
 from mvreg.types import Array, Registration, View
 
@@ -23,16 +23,23 @@ from mvreg.types import Array, Registration, View
 MOST = 3
 
 
+def weighed(
+    judge: Judge, source: View, target: View, T_target_source: Array, step: int = 1
+) -> Together:
+    """What is said of a pose by itself, on every n-th of the sampled points."""
+    return together(judge, view_pairs(source, target, T_target_source, step))
+
+
 def probability(
     judge: Judge, source: View, target: View, T_target_source: Array, step: int = 1
 ) -> float:
     """How probable a pose is by itself, on every n-th of the sampled points."""
-    return together(judge, view_pairs(source, target, T_target_source, step)).probability
+    return weighed(judge, source, target, T_target_source, step).probability
 
 
 def looked_at_again(
     pipeline: Pipeline, registration: Registration, source: View, target: View
-) -> tuple[list[Registration], list[float]]:
+) -> tuple[list[Registration], list[float], list[float]]:
     """The poses of an attempt that may be right, refined, and how probable each is by itself.
 
     Parameters
@@ -48,6 +55,8 @@ def looked_at_again(
         That of the attempt first; then others, and those that a symmetry of the most probable of
         them allows. They differ.
     probabilities : list of float
+    plausibilities : list of float
+        The same, whether or not a pose can slide: what can slide is a rival of what cannot.
     """
     judge, refine = pipeline.judge, pipeline.refine
 
@@ -59,11 +68,15 @@ def looked_at_again(
     first = np.array(in_threads(rough, others))
     order = [k for k in np.argsort(-first, kind="stable")[:MOST] if first[k] >= LEAST_PROBABILITY]
     found = [registration, *(refine(source, target, others[k]) for k in order)]
-    likely = [probability(judge, source, target, one.T_target_source) for one in found]
-    best = int(np.argmax(likely))
-    if likely[best] >= LEAST_PROBABILITY:
+    said = [weighed(judge, source, target, one.T_target_source) for one in found]
+    best = int(np.argmax([one.probability for one in said]))
+    if said[best].probability >= LEAST_PROBABILITY:
         alike = symmetry_hypotheses(found[best], source, target, refine)
         found += [replace(found[best], T_target_source=pose) for pose in alike]
-        likely += [probability(judge, source, target, pose) for pose in alike]
+        said += [weighed(judge, source, target, pose) for pose in alike]
     kept = distinct(source, [one.T_target_source for one in found])
-    return [found[k] for k in kept], [likely[k] for k in kept]
+    return (
+        [found[k] for k in kept],
+        [said[k].probability for k in kept],
+        [said[k].plausibility for k in kept],
+    )
