@@ -13,7 +13,8 @@ from mvreg.evidence.pooled import pool_evidence
 from mvreg.geometry import se3
 from mvreg.stages.describe.spectrum import NoDescribe
 from mvreg.stages.judge.evidence import EvidenceJudge
-from mvreg.stages.strategy.best_first.attempt import consistent_join
+from mvreg.stages.strategy.best_first.growth import Growth
+from mvreg.stages.strategy.best_first.joint_verdict import consistent_join
 from mvreg.stages.strategy.best_first.overlap_score import overlap_scores
 from mvreg.stages.strategy.best_first.partial_models import PartialModels
 from mvreg.stages.strategy.best_first.search import Search
@@ -113,12 +114,12 @@ def test_one_foreign_scan_is_reported():
     assert answer.components == ()
 
 
-def test_observers_are_told_all_poses_after_each_round():
+def test_observers_are_told_all_poses_after_each_join():
     answer, told = separated()
     revised = [event for event in told if isinstance(event, events.PosesRevised)]
     joins = sum(pair.verdict.reliable for pair in answer.pairs)
     assert joins == 5  # 4 - 1 and 3 - 1
-    assert 2 < len(revised) <= joins + 1
+    assert len(revised) == joins + 1
     assert revised[-1].poses == answer.poses
     sizes = [len(e.poses) + sum(map(len, e.components)) for e in revised]
     assert sizes == sorted(sizes)
@@ -205,11 +206,34 @@ def test_a_join_is_refused_that_the_other_scans_object_to():
     verdict = Verdict(True, 0.0, 1.0, "fine")
     models.join(3, 2, true(2, 3))
     pose = found.T_target_source
-    joined = consistent_join(models, JUDGED, 2, 0, pose, verdict, 0.5)
+    joined = consistent_join(models, JUDGED.judge, 2, 0, pose, verdict, 0.5)
     assert not joined.reliable
     assert "contradict" in joined.reason
     alone = PartialModels(models.views)
-    assert consistent_join(alone, JUDGED, 2, 0, pose, verdict, 0.5) is verdict
+    assert consistent_join(alone, JUDGED.judge, 2, 0, pose, verdict, 0.5) is verdict
+
+
+def test_partial_models_that_nowhere_meet_have_no_view_pairs():
+    models = PartialModels(blob_views(3))
+    models.join(1, 0, se3.from_parts(np.eye(3), np.array([1e4, 0.0, 0.0])))
+    models.join(2, 0, se3.from_parts(np.eye(3), np.array([0.0, 1e4, 0.0])))
+    assert models.view_pairs([0], [1, 2]) == []
+    assert models.view_pairs([0, 1, 2], [0, 1, 2]) == []
+
+
+def test_of_many_joins_observers_are_told_now_and_then():
+    views, told = blob_views(3), []
+    models = PartialModels([*views] * 60)
+    growth = Growth(
+        Search(np.zeros((180, 180)), models, 3, 10), JUDGED.observed_by(told.append),
+        np.zeros((180, 180)), np.random.default_rng(0), 0.5,
+    )  # fmt: skip
+    for _ in range(10):
+        growth.joined()
+    assert len(told) == 2
+    growth.tell()
+    growth.tell()
+    assert len(told) == 3, "the last joins are told once"
 
 
 def test_a_copy_of_partial_models_changes_alone():

@@ -13,7 +13,12 @@ import numpy as np
 
 from mvreg.contracts import Pipeline
 from mvreg.events import Event, PairRegistered, PairStarted
-from mvreg.stages.strategy.best_first.joint_verdict import Check, checked_for_symmetry, together
+from mvreg.stages.strategy.best_first.attempted import Outcome, Registered, without_pairs
+from mvreg.stages.strategy.best_first.joint_verdict import (
+    Check,
+    checked_for_symmetry,
+    consistent_join,
+)
 from mvreg.stages.strategy.best_first.loop_closure import doubtful
 from mvreg.stages.strategy.best_first.partial_models import PartialModels
 from mvreg.stages.strategy.best_first.second_look import looked_at_again
@@ -62,7 +67,7 @@ class Attempt:
     """
 
     kinds: ClassVar[tuple[str, ...]] = ("seed", "propagate", "refine", "judge", "augment")
-    answers: ClassVar[tuple[type, ...]]
+    answers: ClassVar[tuple[type, ...]] = (Outcome, Registered)
 
     members: tuple[int, ...]
     count: int
@@ -107,55 +112,6 @@ class Attempt:
         """Random numbers for some of the members, whatever else is registered, and when."""
         key = (*self.spawn_key, *(self.members[k] for k in views))
         return np.random.default_rng(np.random.SeedSequence(self.entropy, spawn_key=key))
-
-
-@dataclass(frozen=True, eq=False)
-class Registered:
-    """What is kept of a pair-wise registration of an attempt for those who are told of it.
-
-    `source` is a position among the members, as is `target`, the first of those that were merged;
-    the registration is without its pairs of points, which are of the merged ones.
-    """
-
-    source: int
-    target: int
-    registration: Registration | None
-    pair: Pair
-
-
-@dataclass(frozen=True, eq=False)
-class Outcome:
-    """What came out of an attempt.
-
-    Parameters
-    ----------
-    pairs : tuple of Pair
-        Every registration, in order; number `own` is that of the attempt, others closed loops.
-    own : int
-    joint : Edge or None
-        The pose to join the partial models by, in the frame of the first target; None if it was
-        refused.
-    poses : (C, 4, 4) array
-        ``T_target_source`` of a refused attempt that may be right.
-    probabilities, plausibilities : (C,) arrays
-        How probable each is by itself; and whether or not it can slide.
-    registered : tuple of Registered
-        The registrations as observers are told of them, in the order in which they ended.
-    events : tuple of Event
-        What observers are told; empty for an outcome that was kept.
-    """
-
-    pairs: tuple[Pair, ...]
-    own: int
-    joint: Edge | None
-    poses: Array
-    probabilities: Array
-    plausibilities: Array
-    registered: tuple[Registered, ...]
-    events: tuple[Event, ...] = field(default=(), metadata={"stored": False})
-
-
-Attempt.answers = Outcome, Registered
 
 
 @dataclass
@@ -240,7 +196,7 @@ class Work:
         if not verdict.reliable or attempt.count == 1:
             return verdict
         return consistent_join(
-            self.models, self.pipeline, attempt.source, attempt.targets[0],
+            self.models, self.pipeline.judge, attempt.source, attempt.targets[0],
             registration.T_target_source, verdict, attempt.min_probability,
         )  # fmt: skip
 
@@ -259,30 +215,3 @@ class Work:
             return verdict
         reason = f"the loop through {moving.name} and {staying.name} does not close"
         return replace(verdict, reliable=False, reason=reason, open_loop=True)
-
-
-def without_pairs(registration: Registration) -> Registration:
-    """A registration without the pairs of points that it rests on."""
-    none = Matches.none()
-    return replace(registration, pairs=none.indices, distances=none.distances)
-
-
-def consistent_join(
-    models: PartialModels,
-    pipeline: Pipeline,
-    source: int,
-    target: int,
-    T_target_source: Array,
-    verdict: Verdict,
-    min_probability: float,
-) -> Verdict:
-    """The verdict, unless the views of two partial models together contradict a join."""
-    moving = models.members(int(models.group[source])).tolist()
-    staying = models.members(int(models.group[target])).tolist()
-    trial = models.copy()
-    trial.join(source, target, T_target_source)
-    found = together(pipeline.judge, trial.view_pairs(moving, staying))
-    if found.plausibility >= min_probability:
-        return verdict
-    reason = f"the other scans of the partial models contradict it: {found.reason}"
-    return replace(verdict, reliable=False, reason=reason)

@@ -10,14 +10,20 @@ import numpy as np
 from mvreg.contracts import JointJudge, Pipeline
 from mvreg.evidence.calibration import LOOP
 from mvreg.stages.strategy.best_first.agreement import Agreement
-from mvreg.stages.strategy.best_first.attempt import Attempt, Outcome, consistent_join
+from mvreg.stages.strategy.best_first.attempt import Attempt
+from mvreg.stages.strategy.best_first.attempted import Outcome
 from mvreg.stages.strategy.best_first.closing import closing_pair
 from mvreg.stages.strategy.best_first.hypotheses import Hypotheses
+from mvreg.stages.strategy.best_first.joint_verdict import consistent_join
 from mvreg.stages.strategy.best_first.loop_closure import second_pair
 from mvreg.stages.strategy.best_first.outcome import outcome
 from mvreg.stages.strategy.best_first.search import Search
 from mvreg.stages.strategy.best_first.settlement import Settlement
 from mvreg.types import Array, Edge, Pair, ViewGraph
+
+#: Observers are told of all poses so often until all views are joined: after each join of fifty
+#: views or fewer. To put all poses together takes time with the number of views.
+TOLD = 50
 
 
 @dataclass
@@ -43,6 +49,7 @@ class Growth:
     min_probability: float
     pairs: list[Pair] = field(default_factory=list)
     graph: ViewGraph = field(default_factory=ViewGraph)
+    untold: int = 0
 
     def __post_init__(self) -> None:
         self.models = self.search.models
@@ -58,13 +65,13 @@ class Growth:
         while batch := self.search.batch():
             attempts = [self.attempt(*one) for one in batch]
             outcomes = self.pipeline.perform(attempts, self.models.views)
-            joined = [self.learn(*one) for one in zip(attempts, outcomes, strict=True)]
+            for attempt, found in zip(attempts, outcomes, strict=True):
+                if self.learn(attempt, found):
+                    self.joined()
             for agreement, certainty in self.settlement.joined():
                 self.record(agreement, certainty)
-                self.search.joined()
-                joined.append(True)
-            if any(joined):
-                self.told()
+                self.joined()
+        self.tell()
 
     def attempt(self, source: int, targets: Sequence[int]) -> Attempt:
         """All that an attempt to join two partial models needs, as they are now."""
@@ -97,7 +104,6 @@ class Growth:
         own = len(self.pairs) + found.own
         self.pairs += found.pairs
         if found.joint is not None and self.join(attempt, source, targets[0], found.joint, own):
-            self.search.joined()
             return True
         if found.joint is None:
             kept = self.hypotheses.add(
@@ -119,7 +125,7 @@ class Growth:
         if now != set(attempt.members):
             pair = self.pairs[own]
             verdict = consistent_join(
-                models, self.pipeline, source, target, joint.T_target_source, pair.verdict,
+                models, self.pipeline.judge, source, target, joint.T_target_source, pair.verdict,
                 self.min_probability,
             )  # fmt: skip
             self.pairs[own] = replace(pair, verdict=verdict)
@@ -129,9 +135,18 @@ class Growth:
         self.graph = self.graph.with_edge(joint)
         return True
 
-    def told(self) -> None:
-        """Tell observers where the views are now."""
-        self.pipeline.revise(outcome(self.models, self.scores, self.pairs))
+    def joined(self) -> None:
+        """Take notice of a join; tell observers where the views are now, after so many."""
+        self.search.joined()
+        self.untold += 1
+        if self.untold * TOLD > len(self.models.views):
+            self.tell()
+
+    def tell(self) -> None:
+        """Tell observers where the views are, if they do not know."""
+        if self.untold:
+            self.untold = 0
+            self.pipeline.revise(outcome(self.models, self.scores, self.pairs))
 
     def record(self, agreement: Agreement, certainty: float) -> None:
         """Keep that pairs were right after all, since others agree with them."""

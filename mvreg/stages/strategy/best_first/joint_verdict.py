@@ -10,9 +10,9 @@ import numpy as np
 from mvreg.contracts import JointJudge, Judge, Pipeline
 from mvreg.evidence.pooled import ViewPair
 from mvreg.parallel import in_threads
-from mvreg.stages.strategy.best_first.partial_models import contact_points
+from mvreg.stages.strategy.best_first.partial_models import PartialModels, contact_points
 from mvreg.stages.strategy.best_first.symmetry import symmetry_hypotheses
-from mvreg.types import Registration, Verdict, View, ViewGraph
+from mvreg.types import Array, Registration, Verdict, View, ViewGraph
 
 #: A view that is so probably in its place on a subsample is not evaluated again: of 93 scans of
 #: Bunny, Dragon and Buddha, and of halves of them, the two evaluations differ by 0.04 at most.
@@ -74,6 +74,27 @@ def error_probability(judge: Judge, pairs: Sequence[ViewPair]) -> float:
         if subsampled > CERTAIN_ON_SUBSAMPLE:
             return 1 - subsampled
     return 1 - together(judge, pairs).probability
+
+
+def consistent_join(
+    models: PartialModels,
+    judge: Judge,
+    source: int,
+    target: int,
+    T_target_source: Array,
+    verdict: Verdict,
+    min_probability: float,
+) -> Verdict:
+    """The verdict, unless the views of two partial models together contradict a join."""
+    moving = models.members(int(models.group[source])).tolist()
+    staying = models.members(int(models.group[target])).tolist()
+    trial = models.copy()
+    trial.join(source, target, T_target_source)
+    found = together(judge, trial.view_pairs(moving, staying))
+    if found.plausibility >= min_probability:
+        return verdict
+    reason = f"the other scans of the partial models contradict it: {found.reason}"
+    return replace(verdict, reliable=False, reason=reason)
 
 
 def checked_for_symmetry(pipeline: Pipeline, source: View, target: View, graph: ViewGraph) -> Check:

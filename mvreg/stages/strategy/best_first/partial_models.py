@@ -100,10 +100,13 @@ class PartialModels:
         known = [k for k in dict.fromkeys([*sources, *targets]) if len(self.views[k].points)]
         if not known:
             return []
-        reach = 3 * self.views[known[0]].scale.resolution
-        chosen = self.near_balls(known, set(sources), set(targets), reach)
-        moving, staying = set(sources), set(targets)
-        found = []
+        resolution, moving, staying = (
+            self.views[known[0]].scale.resolution, set(sources), set(targets),
+        )  # fmt: skip
+        reach, found = 3 * resolution, list[ViewPair]()
+        chosen = self.near_balls(known, moving, staying, reach)
+        if not chosen:
+            return []
         near = near_boxes(
             [np.stack(box(self.views[k].points, self.poses[k])) for k in chosen], reach
         )
@@ -114,7 +117,7 @@ class PartialModels:
         ]  # fmt: skip
         for a, b in well_spread(
             between, [self.views[k].points for k in chosen], [self.poses[k] for k in chosen],
-            self.views[chosen[0]].scale.resolution,
+            resolution,
         ):  # fmt: skip
             for i, j in ((chosen[a], chosen[b]), (chosen[b], chosen[a])):
                 if i in moving and j in staying and (i not in staying or i < j):
