@@ -8,19 +8,18 @@ the same entry twice.
 from __future__ import annotations
 
 import logging
-from collections import OrderedDict
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from mvreg.contracts import Pipeline, Task
 from mvreg.errors import InputError
 from mvreg.execution.threads import Workers
-from mvreg.execution.work import key_of, worked
-from mvreg.parallel import INSIDE, threads
+from mvreg.execution.work import answer, key_of
+from mvreg.execution.worker import DERIVED, work_on
+from mvreg.parallel import threads
 from mvreg.store.content import digest, versions
 from mvreg.store.folder import FolderStore, Store
 from mvreg.types import View
@@ -32,11 +31,8 @@ if TYPE_CHECKING:
 TILES_PER_WORKER = 4
 #: Tasks in a tile at most: it takes seconds, and losing it costs no more.
 MOST_IN_A_TILE = 16
-#: Of a worker's memory the scans that it has read may take so much.
-SHARE_OF_SCANS = 0.4
-#: Bytes for the libraries of a worker; and for each scan with all that is derived of it, per byte
-#: of its entry.
-LIBRARIES, DERIVED = 400 * 2**20, 8
+#: Bytes for the libraries of a worker.
+LIBRARIES = 400 * 2**20
 #: Scans that a worker on this machine has room for, at least.
 LEAST_SCANS = 64
 #: One thread each, whatever the library: there is a worker for every core.
@@ -98,7 +94,7 @@ class Dask:
         except ImportError:
             raise InputError("executor=dask needs Dask: pip install 'mvreg[dask]'") from None
         with self.client(store) as client:
-            yield Session(client, self)
+            yield Session(client)
 
     @contextmanager
     def client(self, store: FolderStore) -> Iterator[Client]:
@@ -164,7 +160,6 @@ class Session:
     """The workers while a run lasts."""
 
     client: Client
-    executor: Dask
 
     def __call__(
         self, tasks: Sequence[Task], views: Sequence[View], pipeline: Pipeline, store: Store
@@ -173,17 +168,17 @@ class Session:
         keys = [key_of(task, [views[k] for k in task.members], pipeline) for task in tasks]
         away = [
             k for k, key in enumerate(keys)
-            if key is not None and len(tasks) > 1 and not store.file(key).exists()
+            if key is not None and len(tasks) > 1 and not store.has(key)
         ]  # fmt: skip
         futures = self.send(away, keys, tasks, views, pipeline, store)
         for k, task in enumerate(tasks):
             members, before = [views[m] for m in task.members], store.use.found
             if k in futures:
                 finished(futures[k], store)
-            answer = worked(task, members, pipeline, store)
+            found = answer(task, members, pipeline, store, keys[k])
             if k in futures:
                 store.use.found = before  # it is of this run
-            yield answer
+            yield found
 
     def send(
         self,
@@ -215,7 +210,7 @@ class Session:
     def read_there(self, view: View, store: FolderStore) -> str:
         """The key of a view's entry, which is written if need be."""
         key = digest(versions(), "view", view)
-        if not store.file(key).exists():
+        if not store.has(key):
             store.keep(key, view)
         return key
 
@@ -238,60 +233,3 @@ def finished(future: Any, store: FolderStore) -> None:
             f"memory, or executor.workers fewer at once; what was finished is in {store.folder}, "
             "and the same command goes on from there"
         ) from None
-
-
-class Scans:
-    """The views that a worker has read, the last ones, within a share of its memory."""
-
-    def __init__(self, most_bytes: int) -> None:
-        self.most_bytes, self.bytes = most_bytes, 0
-        self.held: OrderedDict[str, tuple[View, int]] = OrderedDict()
-
-    def get(self, key: str, store: FolderStore) -> View:
-        """A view by the key of its entry."""
-        if key in self.held:
-            self.held.move_to_end(key)
-            return self.held[key][0]
-        view: View | None = store.find(key)
-        if view is None:
-            raise InputError(
-                f"{store.file(key)}: expected a prepared scan, found none or a damaged one; is "
-                "store=DIR on a disk that all workers see, and store_size large enough?"
-            )
-        size = DERIVED * store.file(key).stat().st_size
-        self.held[key] = (view, size)
-        self.bytes += size
-        while self.bytes > self.most_bytes and len(self.held) > 1:
-            _, (_, less) = self.held.popitem(last=False)
-            self.bytes -= less
-        return view
-
-
-@cache
-def scans() -> Scans:
-    """Those of this worker."""
-    from distributed import get_worker
-
-    limit = get_worker().memory_manager.memory_limit or 4 * 2**30
-    return Scans(int(SHARE_OF_SCANS * limit))
-
-
-def work_on(
-    tile: Sequence[tuple[str, Task, Sequence[str]]], pipeline: Pipeline, store: FolderStore
-) -> int:
-    """Work on the tasks of a tile, in a worker; the answers are in the store. Says how many.
-
-    Parameters
-    ----------
-    tile : sequence of (str, Task, sequence of str)
-        The key of each answer, the task, and the keys of its members.
-    pipeline : Pipeline
-    store : FolderStore
-    """
-    INSIDE.busy = True  # there is a worker for every core: no further threads
-    for key, task, names in tile:
-        if not store.file(key).exists():
-            store.keep(key, task([scans().get(name, store) for name in names], pipeline))
-    if store.use.trouble:
-        raise OSError(store.use.trouble)
-    return len(tile)

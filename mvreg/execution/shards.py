@@ -17,7 +17,7 @@ from typing import Any
 from mvreg.contracts import Pipeline, Task
 from mvreg.errors import InputError
 from mvreg.execution.threads import Threads, Workers
-from mvreg.execution.work import key_of, worked
+from mvreg.execution.work import answer, key_of
 from mvreg.store.folder import FolderStore, Store
 from mvreg.types import View
 
@@ -69,19 +69,23 @@ class Shards:
         index, count = self.share
         own = [task for k, task in enumerate(tasks) if k % count == index - 1]
         answers = dict(zip(map(id, own), Threads()(own, views, pipeline, store), strict=True))
+        limit = time.monotonic() + self.patience
         for task in tasks:
             if id(task) in answers:
                 yield answers[id(task)]
                 continue
             members = [views[k] for k in task.members]
-            self.wait(key_of(task, members, pipeline), store)
-            yield worked(task, members, pipeline, store)
+            key = key_of(task, members, pipeline)
+            if key is not None and waited_for(key, store, limit):
+                limit = time.monotonic() + self.patience
+            yield answer(task, members, pipeline, store, key)
 
-    def wait(self, key: str | None, store: Store) -> None:
-        """Wait until the store has an answer, or patience ends: another run may never give it."""
-        assert isinstance(store, FolderStore)
-        if key is None:
-            return
-        limit = time.monotonic() + self.patience
-        while not store.file(key).exists() and time.monotonic() < limit:
-            time.sleep(LOOK)
+
+def waited_for(key: str, store: Store, limit: float) -> bool:
+    """Wait until the store has an answer, or the limit (s): another run may never give it."""
+    assert isinstance(store, FolderStore)
+    while not store.has(key):
+        if time.monotonic() >= limit:
+            return False
+        time.sleep(LOOK)
+    return True

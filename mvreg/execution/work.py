@@ -39,11 +39,16 @@ def key_of(task: Task, views: Sequence[View], pipeline: Pipeline) -> str | None:
 
 def worked(task: Task, views: Sequence[View], pipeline: Pipeline, store: Store) -> Any:
     """The answer to a task; `views` are its members."""
+    key = None if isinstance(store, NoStore) else key_of(task, views, pipeline)
+    return answer(task, views, pipeline, store, key)
+
+
+def answer(
+    task: Task, views: Sequence[View], pipeline: Pipeline, store: Store, key: str | None
+) -> Any:
+    """As `worked`, of a task whose key is known."""
     return found_or_made(
-        store,
-        lambda: key_of(task, views, pipeline),
-        lambda: task(views, pipeline),
-        getattr(task, "answers", ()),
+        store, lambda: key, lambda: task(views, pipeline), getattr(task, "answers", ())
     )
 
 

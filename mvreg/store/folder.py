@@ -91,6 +91,10 @@ class FolderStore:
         """Where the entry of a key is, or would be."""
         return self.folder / key[:2] / f"{key}{SUFFIX}"
 
+    def has(self, key: str) -> bool:
+        """Whether there is an entry, which may be damaged."""
+        return self.file(key).exists()
+
     def find(self, key: str, *more: type) -> Any | None:
         """The value kept under a key; None where there is none, or what is there is damaged."""
         file = self.file(key)

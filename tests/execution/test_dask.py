@@ -10,7 +10,8 @@ import pytest
 from mvreg.errors import InputError
 from mvreg.events import PairRegistered, ignore
 from mvreg.execution import Dask
-from mvreg.execution.dask import Scans, memory_limit
+from mvreg.execution.dask import memory_limit
+from mvreg.execution.worker import Scans
 from mvreg.run import load_method, run
 from mvreg.store.content import digest, stage_digest
 from mvreg.store.folder import FolderStore, NoStore

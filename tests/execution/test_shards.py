@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from mvreg.errors import InputError
 from mvreg.events import ignore
 from mvreg.execution import Shards
+from mvreg.execution.shards import waited_for
 from mvreg.run import load_method, run
 from mvreg.store.folder import FolderStore, NoStore
 from mvreg.testing import blob_scans
@@ -48,6 +50,15 @@ def test_a_run_whose_others_are_gone_does_their_work(tmp_path):
     found = run(scans, load_method("auto"), np.random.default_rng(1), ignore, store, shard)[0]
     for name, pose in alone.poses.items():
         np.testing.assert_array_equal(found.poses[name], pose)
+
+
+def test_patience_ends_once_and_not_for_each_attempt(tmp_path):
+    store, limit = FolderStore(tmp_path, 10**9), time.monotonic() + 0.2
+    for _ in range(20):
+        assert not waited_for("0" * 48, store, limit)
+    assert time.monotonic() < limit + 1
+    store.keep("1" * 48, 1)
+    assert waited_for("1" * 48, store, limit), "what is there needs no patience"
 
 
 @pytest.mark.parametrize("part", ["", "0/2", "3/2", "a/b", "1", "-1/2"])
