@@ -90,18 +90,14 @@ def scans(kind: str, views: int) -> Any:
     import numpy as np
 
     from experiments.bench.column import Column, keep
+    from mvreg.datasets.base import Order
     from mvreg.datasets.synthetic import Figurine
 
-    rng, unordered = np.random.default_rng(1), {"order": "shuffle", "scramble": True}
+    rng = np.random.default_rng(1)
     if kind == "around":
-        return stage(Figurine, views=views, points=POINTS, **unordered)(rng)
+        return Figurine(views=views, points=POINTS, order=Order.shuffle, scramble=True)(rng)
     keep(SCANS, views, POINTS, 1.0)
-    return stage(Column, folder=str(SCANS), views=views, **unordered)(rng)
-
-
-def stage(cls: Any, **parameters: Any) -> Any:
-    """A data set with some parameters."""
-    return cls(**parameters)
+    return Column(folder=str(SCANS), views=views, order=Order.shuffle, scramble=True)(rng)
 
 
 def registered(scanset: Any, store: Any, executor: Any) -> dict[str, Any]:

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from mvreg.report import provenance
-from mvreg.report.build import versions
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 #: Of the code that is measured, and of what measures it.
@@ -68,7 +67,7 @@ class Record:
 def context(repository: Path = REPOSITORY) -> Context:
     """Of what would be measured now."""
     commit = provenance.commit() or "not known"
-    return Context(digest(repository), commit, provenance.machine(), versions())
+    return Context(digest(repository), commit, provenance.machine(), provenance.versions())
 
 
 def digest(repository: Path) -> str:

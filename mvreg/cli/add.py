@@ -24,13 +24,13 @@ def add(arguments: Sequence[str]) -> int:
 
     named = words[:1] if words and ("=" not in words[0] or Path(words[0]).is_dir()) else []
     folder = (Path(named[0]) if named else newest(Path("runs"))).resolve()
-    asked = [*words_of(folder), *words[len(named) :]]
+    asked = [*holding(folder), *words[len(named) :]]
     sys.stderr.write(f"adding to {folder}: the scans in its model keep their poses\n")
     with where_it_ran(folder):
         return run_hydra(asked)
 
 
-def words_of(folder: Path) -> list[str]:
+def holding(folder: Path) -> list[str]:
     """What is to be run: the same again, with the poses that are known held fast.
 
     Raises
@@ -38,20 +38,15 @@ def words_of(folder: Path) -> list[str]:
     InputError
         If it is no run of the command line, or nothing is placed.
     """
+    from mvreg.cli.prepared import words_of
     from mvreg.config.overrides import spelled
     from mvreg.report.json_file import load_report
-    from mvreg.report.run_folder import overrides_of
 
     placed = list(load_report(folder)["poses"])
-    before = overrides_of(folder)
-    if not before:
-        raise InputError(
-            f"{folder}: expected .hydra/overrides.yaml, which says what was run; only runs of the "
-            "command line have it"
-        )
+    before = words_of(folder)
     if len(placed) < 2:
         raise InputError(f"{folder}: expected a model of two scans or more, found {len(placed)}")
-    ours = ("hydra.", "dataset.initial=", "dataset.fixed=", "resume=")
+    ours = ("dataset.initial=", "dataset.fixed=", "resume=")
     kept = [word for word in before if not word.lstrip("+").startswith(ours)]
     known = spelled(str(folder / "result.json"))
     return [*kept, f"dataset.initial={known}", f"dataset.fixed=[{','.join(map(spelled, placed))}]"]

@@ -21,14 +21,25 @@ def config_of(folder: Path, said: dict[str, Any]) -> DictConfig:
     from mvreg.config.compose import compose
     from mvreg.config.finished import put_back
 
+    config = compose(words_of(folder))
+    put_back(config, said.get("config") or {}, folder)
+    return config
+
+
+def words_of(folder: Path) -> list[str]:
+    """What was said on the command line of a run, but for Hydra's own.
+
+    Raises
+    ------
+    InputError
+        If the folder is of no run of the command line.
+    """
     if not (folder / ".hydra" / "overrides.yaml").is_file():
         raise InputError(
             f"{folder}: expected .hydra/overrides.yaml, which says what was run; only runs of the "
             "command line have it"
         )
-    config = compose([word for word in overrides_of(folder) if not word.startswith("hydra.")])
-    put_back(config, said.get("config") or {}, folder)
-    return config
+    return [word for word in overrides_of(folder) if not word.startswith("hydra.")]
 
 
 def prepared(config: DictConfig) -> tuple[ScanSet, list[View]]:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from mvreg.io.cloud import PointCloud, stacked
 from mvreg.types.attributes import COLOURS, NORMALS, Values
 
 #: What most writers call these, in small letters.
@@ -39,3 +40,9 @@ def with_usual_names(values: Mapping[str, Values]) -> dict[str, Values]:
             if packed == "rgba":
                 found["alpha"] = (bits >> 24).astype(np.uint8)
     return found
+
+
+def cloud_of(values: dict[str, Values]) -> PointCloud:
+    """The points and attributes that the columns of a file amount to; takes x, y and z out."""
+    points = stacked(values)
+    return PointCloud(points, attributes=with_usual_names(values))

@@ -11,13 +11,14 @@ never moved by it.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from mvreg.errors import InputError
-from mvreg.io.cloud import PointCloud, stacked
-from mvreg.io.names import with_usual_names
+from mvreg.io.cloud import PointCloud
+from mvreg.io.names import cloud_of
 from mvreg.io.pcd_header import Field, PcdHeader, read_header
 from mvreg.io.table import as_declared, parse_lines
 from mvreg.kernels.lzf import decompress
@@ -40,9 +41,7 @@ def read_pcd(path: Path) -> PointCloud:
         raise _truncated(path, f"{len(data)} bytes", header)
     kinds = {"ascii": _ascii, "binary": _binary, "binary_compressed": _compressed}
     values = kinds[header.data](data, header, path)
-    points = stacked(values)
-    attributes = with_usual_names(values)
-    return PointCloud(points, header.view_point, attributes, remarks=remarks_on(header))
+    return replace(cloud_of(values), view_point=header.view_point, remarks=remarks_on(header))
 
 
 def remarks_on(header: PcdHeader) -> tuple[str, ...]:

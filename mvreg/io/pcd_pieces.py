@@ -6,8 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from mvreg.errors import InputError
-from mvreg.io.cloud import PointCloud, stacked
-from mvreg.io.names import with_usual_names
+from mvreg.io.names import cloud_of
 from mvreg.io.pcd import columns_of, remarks_on
 from mvreg.io.pcd_header import PcdHeader, read_header
 from mvreg.io.pieces import NotInPiecesError, Pieces, byte_rows, head_of, text_rows
@@ -29,14 +28,9 @@ def pcd_pieces(path: Path) -> Pieces:
     if header.data not in ("ascii", "binary"):
         raise NotInPiecesError
     return Pieces(
-        lambda: map(_cloud, _values(path, header)), header.points, header.view_point,
+        lambda: map(cloud_of, _values(path, header)), header.points, header.view_point,
         remarks=[*remarks_on(header)],
     )  # fmt: skip
-
-
-def _cloud(values: dict[str, Values]) -> PointCloud:
-    points = stacked(values)
-    return PointCloud(points, attributes=with_usual_names(values))
 
 
 def _values(path: Path, header: PcdHeader) -> Iterator[dict[str, Values]]:

@@ -7,11 +7,12 @@ Elements after the vertices are not read.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from mvreg.errors import InputError
-from mvreg.io.cloud import PointCloud, stacked
-from mvreg.io.names import with_usual_names
+from mvreg.io.cloud import PointCloud
+from mvreg.io.names import cloud_of
 from mvreg.io.ply_ascii import read_ascii
 from mvreg.io.ply_binary import read_binary
 from mvreg.io.ply_faces import read_triangles
@@ -31,9 +32,7 @@ def read_ply(path: Path) -> PointCloud:
     _check_size(header, len(data) - header.size, path)
     read = read_ascii if header.format == "ascii" else read_binary
     values = read(data, header, path)
-    points = stacked(values)
-    triangles = read_triangles(data, header)
-    return PointCloud(points, attributes=with_usual_names(values), triangles=triangles)
+    return replace(cloud_of(values), triangles=read_triangles(data, header))
 
 
 def _check_size(header: Header, left: int, path: Path) -> None:

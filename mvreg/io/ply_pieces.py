@@ -6,8 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from mvreg.errors import InputError
-from mvreg.io.cloud import PointCloud, stacked
-from mvreg.io.names import with_usual_names
+from mvreg.io.names import cloud_of
 from mvreg.io.pieces import NotInPiecesError, Pieces, byte_rows, head_of, text_rows
 from mvreg.io.ply_ascii import columns_of
 from mvreg.io.ply_binary import native, record_of
@@ -31,12 +30,7 @@ def ply_pieces(path: Path) -> Pieces:
     others = [each for each in header.elements if each is not vertex and each.count]
     if others or vertex.has_lists or header.newline == b"\r":
         raise NotInPiecesError
-    return Pieces(lambda: map(_cloud, _values(path, header)), vertex.count)
-
-
-def _cloud(values: dict[str, Values]) -> PointCloud:
-    points = stacked(values)
-    return PointCloud(points, attributes=with_usual_names(values))
+    return Pieces(lambda: map(cloud_of, _values(path, header)), vertex.count)
 
 
 def _values(path: Path, header: Header) -> Iterator[dict[str, Values]]:

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import platform
 from collections.abc import Mapping, Sequence
-from datetime import UTC, datetime
-from importlib import metadata
 from itertools import chain
 
 from mvreg.evaluation.assess import assess
@@ -13,7 +10,7 @@ from mvreg.evaluation.pose_errors import consistency, result_errors
 from mvreg.evaluation.survey import loop_closures, survey_links
 from mvreg.report.input_rows import input_row
 from mvreg.report.json_file import SCHEMA, to_plain
-from mvreg.report.provenance import commit, machine
+from mvreg.report.provenance import provenance
 from mvreg.report.rows import (
     component_rows,
     consistency_row,
@@ -26,12 +23,6 @@ from mvreg.report.rows import (
 )
 from mvreg.surface.largest_range import remark_on_largest_range
 from mvreg.types import Pair, Result, ScanSet, View
-
-#: What can change the answer. Open3D has two distributions, of which one is installed.
-DISTRIBUTIONS = (
-    "mvreg", "numpy", "scipy", "open3d", "open3d-cpu", "hydra-core", "pluggy", "rerun-sdk",
-    "mvreg-comparators", "mvreg-peers", "kiss-matcher", "small-gicp",
-)  # fmt: skip
 
 
 def build_report(
@@ -116,10 +107,7 @@ def build_report(
             *assessment.remarks,
         ],
         "config": dict(config),
-        "versions": versions(),
-        "commit": commit(),
-        "machine": machine(),
-        "finished": datetime.now(UTC).isoformat(timespec="seconds"),
+        **provenance(),
     }
     plain: dict[str, object] = to_plain(report)
     return plain
@@ -132,14 +120,3 @@ def pair_seconds(pairs: Sequence[Pair]) -> dict[str, float]:
         for stage, seconds in pair.seconds.items():
             total[stage] = total.get(stage, 0.0) + seconds
     return total
-
-
-def versions() -> dict[str, str]:
-    """Versions of Python and of the distributions that matter; none of them is imported."""
-    found = {"python": platform.python_version()}
-    for name in DISTRIBUTIONS:
-        try:
-            found[name] = metadata.version(name)
-        except metadata.PackageNotFoundError:
-            continue
-    return found

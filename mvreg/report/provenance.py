@@ -5,13 +5,41 @@ from __future__ import annotations
 import os
 import platform
 import subprocess
+from datetime import UTC, datetime
 from functools import cache
+from importlib import metadata
 from pathlib import Path
 
 from mvreg.parallel import threads
 
 #: What a commit must differ in for a result to differ; documents and results do not count.
 CODE = ("mvreg", "conf", "plugins", "pyproject.toml")
+#: What can change the answer. Open3D has two distributions, of which one is installed.
+DISTRIBUTIONS = (
+    "mvreg", "numpy", "scipy", "open3d", "open3d-cpu", "hydra-core", "pluggy", "rerun-sdk",
+    "mvreg-comparators", "mvreg-peers", "kiss-matcher", "small-gicp",
+)  # fmt: skip
+
+
+def provenance() -> dict[str, object]:
+    """The rows of a report that say what computed it, where and when."""
+    return {
+        "versions": versions(),
+        "commit": commit(),
+        "machine": machine(),
+        "finished": datetime.now(UTC).isoformat(timespec="seconds"),
+    }
+
+
+def versions() -> dict[str, str]:
+    """Versions of Python and of the distributions that matter; none of them is imported."""
+    found = {"python": platform.python_version()}
+    for name in DISTRIBUTIONS:
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            continue
+    return found
 
 
 @cache

@@ -66,18 +66,12 @@ def _folded(stem: str) -> str:
     return unicodedata.normalize("NFKD", unicodedata.normalize("NFKD", stem).casefold())
 
 
-def write_result(folder: Path, scanset: ScanSet, result: Result) -> None:
-    """The poses and the model of the reference's partial model, and those of every other.
-
-    ``poses`` and ``model.ply`` are the reference's; ``poses/component_2`` and ``model_2.ply``, and
-    so on, the others', each in a frame of its own. What an earlier run left of such goes.
-    """
-    write_placements(folder, scanset, result)
-    write_models(folder, scanset, result)
-
-
 def write_placements(folder: Path, scanset: ScanSet, result: Result) -> None:
-    """The poses of `write_result`."""
+    """The poses of the reference's partial model, and those of every other.
+
+    ``poses`` is the reference's; ``poses/component_2``, and so on, are the others', each in a frame
+    of its own. What an earlier run left of such goes.
+    """
     for left in (folder / "poses").glob("component_*"):
         if left.is_dir():
             write_poses(left, scanset, {})
@@ -89,7 +83,7 @@ def write_placements(folder: Path, scanset: ScanSet, result: Result) -> None:
 
 
 def write_models(folder: Path, scanset: ScanSet, result: Result) -> None:
-    """The models of `write_result`."""
+    """The models: ``model.ply`` is the reference's, ``model_2.ply``, and so on, are the others'."""
     for model in folder.glob("model_*.ply"):
         if re.fullmatch(r"model_\d+\.ply", model.name):
             model.unlink()

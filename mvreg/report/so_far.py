@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from datetime import UTC, datetime
 
 from mvreg.evaluation.records import Assessment
-from mvreg.report.build import versions
 from mvreg.report.deciding_pair import component_of
 from mvreg.report.input_rows import input_row
 from mvreg.report.json_file import SCHEMA, to_plain
-from mvreg.report.provenance import commit, machine
+from mvreg.report.provenance import provenance
 from mvreg.report.rows import Row, pair_rows, scan_row
 from mvreg.types import Result, ScanSet, View
 
@@ -75,10 +73,7 @@ def report_so_far(
         "input": input_row(scanset.input, scanset.scans),
         "remarks": list(scanset.remarks),
         "config": {},
-        "versions": versions(),
-        "commit": commit(),
-        "machine": machine(),
-        "finished": datetime.now(UTC).isoformat(timespec="seconds"),
+        **provenance(),
     }
     plain: dict[str, object] = to_plain(report)
     return plain

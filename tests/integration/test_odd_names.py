@@ -8,7 +8,7 @@ import pytest
 
 import mvreg
 from mvreg.report.deciding_pair import deciding_pair
-from mvreg.report.run_folder import pose_files, write_result
+from mvreg.report.run_folder import pose_files, write_models, write_placements
 from mvreg.testing.scans import blob_scans
 from mvreg.types import ScanSet
 
@@ -75,7 +75,8 @@ def test_a_run_folder_holds_all_that_is_written(names, tmp_path):
     scans, folder = named(*names), tmp_path / "deep" / "run"
     folder.mkdir(parents=True)
     result = mvreg.types.Result(names[0], {n: np.eye(4) for n in names}, (), ())
-    write_result(folder, scans, result)
+    write_placements(folder, scans, result)
+    write_models(folder, scans, result)
     written = [p for p in tmp_path.rglob("*") if p.is_file()]
     assert len(written) == 4
     assert all(p.is_relative_to(folder) for p in written)

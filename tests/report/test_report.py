@@ -10,10 +10,10 @@ import pytest
 from observed import apart, run, scanset, view_of
 
 from mvreg.errors import InputError
-from mvreg.report.build import build_report, versions
+from mvreg.report.build import build_report
 from mvreg.report.deciding_pair import deciding_pair
 from mvreg.report.json_file import SCHEMA, dumps, load_report
-from mvreg.report.provenance import commit, git
+from mvreg.report.provenance import commit, git, versions
 from mvreg.types import Pair, Result, Verdict
 
 
