@@ -18,6 +18,8 @@ from mvreg.types.attributes import Values
 NOTHING = b" \t\r\n\0\x1a"
 #: Rows of a piece, of a file in bytes; and bytes of a piece of a text.
 ROWS, BYTES = 1 << 17, 1 << 22
+#: Bytes in which a header is looked for. As many are taken for a short file, too, by each thread.
+HEAD = 1 << 16
 
 
 class NotInPiecesError(Exception):
@@ -119,6 +121,6 @@ def byte_rows(path: Path, start: int, rows: int, record: np.dtype[Any]) -> Itera
 
 
 def head_of(path: Path) -> bytes:
-    """The beginning of a file, which has its header."""
+    """The beginning of a file, which has its header unless that is uncommonly long."""
     with path.open("rb") as stream:
-        return stream.read(BYTES)
+        return stream.read(HEAD)
