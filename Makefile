@@ -64,7 +64,7 @@ clean: ## Remove the environment and what tools left behind; keep runs
 # on Debian, its own pip fills the environment.
 kernels := $(wildcard mvreg/kernels/*.pyx mvreg/kernels/*.pxd)
 
-$(stamp): pyproject.toml $(kernels) $(plugins:%=%/pyproject.toml)
+$(stamp): pyproject.toml setup.py $(kernels) $(plugins:%=%/pyproject.toml)
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "mvreg needs Python 3.11 or newer; try: make PYTHON=python3.12" >&2; exit 1; }
 	@command -v "$${CXX:-c++}" >/dev/null || \

@@ -15,6 +15,7 @@ from mvreg._lazy import looked_up
 
 if TYPE_CHECKING:
     from mvreg._open3d import load_open3d as load_open3d
+    from mvreg._version import __version__ as __version__
     from mvreg.errors import InputError as InputError
     from mvreg.errors import MvregError as MvregError
     from mvreg.errors import PluginError as PluginError
@@ -44,6 +45,7 @@ _WHERE = {
     "Result": "types",
     "Scan": "types",
     "ScanSet": "types",
+    "__version__": "_version",
     "assess": "evaluation.assess",
     "compare": "report.comparison.frame",
     "dataset": "run",

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import time
+import warnings
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +22,8 @@ from mvreg.types import Result
 if TYPE_CHECKING:
     from omegaconf import DictConfig
 
+    from mvreg.observers.rerun.observer import RerunObserver
+
 
 def run_job(config: DictConfig, folder: Path) -> Result:
     """Run what a composed configuration asks for, and keep it in `folder`.
@@ -34,7 +38,6 @@ def run_job(config: DictConfig, folder: Path) -> Result:
     from mvreg.export.table import formats_of
     from mvreg.observers.console import Console
     from mvreg.observers.recorder import Recorder
-    from mvreg.observers.rerun.observer import RerunObserver
     from mvreg.report.build import build_report
     from mvreg.report.json_file import load_report
     from mvreg.report.table import render
@@ -47,7 +50,7 @@ def run_job(config: DictConfig, folder: Path) -> Result:
     start = time.perf_counter()
     scanset = load_scans(config, config.rng)
     loading = time.perf_counter() - start
-    extra: list[RerunObserver] = [RerunObserver(folder / "run.rrd")] if config.rerun else []
+    extra = recordings(folder) if config.rerun else []
 
     def make_room() -> bool:
         return any(observer.give_up() for observer in extra)
@@ -86,3 +89,18 @@ def run_job(config: DictConfig, folder: Path) -> Result:
     finally:
         for close in (recorder.close, console.close, *(observer.close for observer in extra)):
             close()
+
+
+def recordings(folder: Path) -> list[RerunObserver]:
+    """What writes the recording; nothing, and a warning, where Rerun is not installed."""
+    from mvreg.observers.rerun.observer import RerunObserver
+
+    if find_spec("rerun") is None:
+        warnings.warn(
+            "no recording, since rerun-sdk is not installed (it has no current wheels for Macs "
+            "with Intel processors): install it with pip install rerun-sdk, or leave the recording "
+            "out with rerun=false",
+            stacklevel=2,
+        )
+        return []
+    return [RerunObserver(folder / "run.rrd")]

@@ -6,7 +6,6 @@ import argparse
 import sys
 from collections.abc import Sequence
 from enum import Enum
-from importlib import metadata
 from pathlib import Path
 
 from mvreg.errors import InputError
@@ -83,7 +82,9 @@ def wrapped(line: str) -> str:
 
 def version() -> int:
     """Print the version."""
-    sys.stdout.write(f"mvreg {metadata.version('mvreg')}\n")
+    from mvreg._version import __version__
+
+    sys.stdout.write(f"mvreg {__version__}\n")
     return 0
 
 

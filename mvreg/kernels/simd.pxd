@@ -4,7 +4,7 @@
 cdef extern from *:
     """
     #ifndef MVREG_WIDE
-    #ifdef __SSE2__
+    #if defined(__SSE2__) || defined(_M_X64)
     #include <emmintrin.h>
     #define MVREG_WIDE 1
     #else

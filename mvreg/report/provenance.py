@@ -13,7 +13,7 @@ from pathlib import Path
 from mvreg.parallel import threads
 
 #: What a commit must differ in for a result to differ; documents and results do not count.
-CODE = ("mvreg", "conf", "plugins", "pyproject.toml")
+CODE = ("mvreg", "conf", "plugins", "pyproject.toml", "setup.py")
 #: What can change the answer. Open3D has two distributions, of which one is installed.
 DISTRIBUTIONS = (
     "mvreg", "numpy", "scipy", "open3d", "open3d-cpu", "hydra-core", "pluggy", "rerun-sdk",

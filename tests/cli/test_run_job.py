@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from small_scans import OVERRIDES, placed_like, three, write_folder
 
+from mvreg.cli import job
 from mvreg.config.overrides import spelled
 from mvreg.io import read_points
 from mvreg.run import dataset
@@ -61,6 +62,12 @@ def run(scans, tmp_path_factory):
     cwd = tmp_path_factory.mktemp("run")
     done = mvreg("dataset=folder", f"dataset.path={spelled(scans)}", cwd=cwd)
     return done, cwd / "runs" / "folder" / "fcpma" / "latest"
+
+
+def test_without_rerun_there_is_no_recording_and_a_warning(tmp_path, monkeypatch):
+    monkeypatch.setattr(job, "find_spec", lambda name: None)
+    with pytest.warns(UserWarning, match=r"pip install rerun-sdk.*rerun=false"):
+        assert job.recordings(tmp_path) == []
 
 
 def test_what_cannot_be_placed_gives_exit_code_3_and_is_named(run):

@@ -15,6 +15,7 @@ PUBLIC = (
 )  # fmt: skip
 #: What has no docstring of its own.
 VALUES = {
+    "__version__": "The version that is installed, as `mvreg --version` has it.",
     "Array": "Array of float64.",
     "Emit": "A function that takes an event.",
     "Event": "Any of the events.",
