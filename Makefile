@@ -10,7 +10,7 @@ stamp   := $(VENV)/.installed
 
 extra-mvreg-peers := [kiss]
 
-.PHONY: help demo bench report lint check test test-all coverage docs clean
+.PHONY: help demo bench report lint check test test-all coverage docs wheel clean
 
 help: ## Say what there is
 	@echo 'make TARGET; each builds $(VENV) first when it is missing'
@@ -56,8 +56,15 @@ docs: $(stamp) ## Put the code that the documents include into them again, and l
 	@$(python) tests/documents/include.py
 	@$(python) tests/documents/api.py
 
+wheel: $(stamp) ## Build what is published into dist, and try it in a new environment: some minutes
+	@rm -rf dist
+	@$(python) -m build --outdir dist .
+	@$(foreach plugin,$(plugins),$(python) -m build --outdir dist $(plugin) &&) true
+	@echo '==> a new environment'
+	@$(python) tests/wheels/fresh.py dist
+
 clean: ## Remove the environment and what tools left behind; keep runs
-	rm -rf $(VENV) build dist *.egg-info plugins/*/*.egg-info
+	rm -rf $(VENV) build dist *.egg-info plugins/*/*.egg-info plugins/*/build
 	rm -rf .mypy_cache .ruff_cache .pytest_cache .hypothesis .coverage*
 
 # Again whenever what is to be installed may have changed. Where Python comes without ensurepip, as

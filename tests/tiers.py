@@ -22,12 +22,14 @@ TIER_OF = (
     ("tests/evidence/", "check"),
     ("tests/geometry/", "check"),
     ("tests/io/", "check"),
+    ("tests/kernels/test_stubs.py", "test"),  # mypy once more
     ("tests/kernels/", "check"),
     ("tests/report/test_page_browser.py", "test"),  # a browser takes a minute
     ("tests/report/", "check"),
     ("tests/stages/", "check"),
     ("tests/surface/", "check"),
     ("tests/types/", "check"),
+    ("tests/wheels/", "check"),
 )
 DEFAULT = "test"
 

@@ -7,6 +7,7 @@ class Tree:
     n: int
     mins: Array
     maxes: Array
+    grain: float
     def __init__(self, points: Array) -> None: ...
     def nearest(self, x: Array, bound: float = ...) -> tuple[Array, Indices]: ...
     def query(
