@@ -87,3 +87,16 @@ def test_every_kernel_is_compiled(settings):
 
 def test_the_version_is_the_installed_ones():
     assert re.fullmatch(r"\d+\.\d+\.\d+(rc\d+|\.dev0)?", mvreg.__version__)
+
+
+def test_the_citation_names_a_version_of_the_changelog():
+    (cited,) = re.findall(r"^version: (\S+)$", (ROOT / "CITATION.cff").read_text(), re.MULTILINE)
+    assert cited in re.findall(r"^## \[([^]]+)\]", CHANGELOG, re.MULTILINE)
+
+
+@pytest.mark.parametrize("name", ["CONTRIBUTING.md", "INSTALL.md", "SECURITY.md"])
+def test_what_the_house_documents_name_is_there(name):
+    text = (ROOT / name).read_text()
+    files = re.findall(r"\]\(([^)#]+)\)|`((?:mvreg|tests|experiments|conf)/[\w/.]+)`", text)
+    named = [a or b for a, b in files if not re.search("KIND|NAME", b)]
+    assert [each for each in named if not (ROOT / each).exists()] == []
