@@ -12,10 +12,19 @@ from pathlib import Path
 
 import numpy as np
 
-from mvreg.datasets.large import held, thinned
+from mvreg.datasets.large import StoredPoints, held, thinned
 from mvreg.datasets.no_returns import without_zeros
 from mvreg.errors import InputError, NoScanError
-from mvreg.io import Format, PointCloud, ReadOptions, iterate_clouds, open_pieces
+from mvreg.io import (
+    Format,
+    NotInPiecesError,
+    Pieces,
+    PointCloud,
+    ReadOptions,
+    iterate_clouds,
+    open_pieces,
+    whole_scan,
+)
 from mvreg.parallel import in_threads
 from mvreg.types import Array, Scan
 
@@ -121,21 +130,26 @@ def _typical(counts: list[int]) -> float:
 
 def _read(name: str, reader: Reader) -> tuple[ReadScan, ...] | InputError:
     path = reader.folder / name
-    if (large := _in_pieces(name, path, reader)) is not None:
-        return (large,)
+    if (in_pieces := _in_pieces(name, path, reader)) is not None:
+        return in_pieces
     try:
         # One at a time: of a large scan only a part is held.
         found = [
             (cloud.name, _scan(name, cloud, index, path, reader))
             for index, cloud in enumerate(iterate_clouds(path, reader.options, reader.formats))
         ]
-        names = _names(name, [own for own, _ in found])
-        return tuple(
-            replace(each, scan=replace(each.scan, name=scan_name))
-            for scan_name, (_, each) in zip(names, found, strict=True)
-        )
+        return _named(name, found)
     except InputError as error:
         return error
+
+
+def _named(file: str, found: Sequence[tuple[str, ReadScan]]) -> tuple[ReadScan, ...]:
+    """The scans of a file, which come with the names that it has for them, under ours."""
+    names = _names(file, [own for own, _ in found])
+    return tuple(
+        replace(each, scan=replace(each.scan, name=name))
+        for name, (_, each) in zip(names, found, strict=True)
+    )
 
 
 def _names(file: str, own: Sequence[str]) -> list[str]:
@@ -147,22 +161,36 @@ def _names(file: str, own: Sequence[str]) -> list[str]:
     return [f"{file}:{number}" for number in range(1, len(own) + 1)]
 
 
-def _in_pieces(name: str, path: Path, reader: Reader) -> ReadScan | None:
-    """The scan of a large file without all of it in memory; None where it has to be read whole."""
+def _in_pieces(name: str, path: Path, reader: Reader) -> tuple[ReadScan, ...] | None:
+    """The scans of a file without all of a large one in memory; None where it is read whole."""
     if not reader.most:
         return None
+    lasting = path.absolute()  # read again, perhaps from another working directory
+    found: list[tuple[Pieces, ReadScan]] = []
     try:
-        pieces = open_pieces(path, reader.options, reader.formats)
-        if pieces is None:
-            return None
-        lasting = path.absolute()
-        found = thinned(pieces, lasting, partial(_again, lasting, 0, reader), reader.most)
-    except (InputError, OSError, MemoryError):
+        for pieces in open_pieces(lasting, reader.options, reader.formats):
+            scan = _scan_in_pieces(name, pieces, len(found), lasting, reader)
+            if scan is None:
+                return None
+            found.append((pieces, scan))
+    except (NotInPiecesError, InputError, OSError, MemoryError):
         return None  # read whole, it says what is wrong
-    if found is None:
+    return _named(name, [(pieces.name, scan) for pieces, scan in found]) or None
+
+
+def _scan_in_pieces(
+    name: str, pieces: Pieces, index: int, path: Path, reader: Reader
+) -> ReadScan | None:
+    """One scan; None where its file has to be read whole.
+
+    A scan that is not large, of a file that may have others, is not thinned.
+    """
+    again, large = partial(_again, path, index, reader), pieces.count > reader.most
+    if large and (found := thinned(pieces, path, again, reader.most)) is not None:
+        return _read_scan(name, found.cloud, found.full, found.dropped, (path, index))
+    if pieces.alone:
         return None
-    scan = Scan(name, found.cloud.points, view_point=found.cloud.view_point, full=found.full)
-    return ReadScan(scan, found.dropped, found.cloud.remarks, None, (lasting, 0))
+    return _scan(name, whole_scan(pieces, begun=large), index, path, reader)
 
 
 def _again(path: Path, index: int, reader: Reader) -> PointCloud:
@@ -172,12 +200,18 @@ def _again(path: Path, index: int, reader: Reader) -> PointCloud:
 
 
 def _scan(name: str, cloud: PointCloud, index: int, path: Path, reader: Reader) -> ReadScan:
-    lasting = path.absolute()  # read again, perhaps from another working directory
+    lasting = path.absolute()
     cloud, dropped = without_zeros(cloud, path)
     kept, full = held(cloud, lasting, partial(_again, lasting, index, reader), reader.most)
+    return _read_scan(name, kept, full, dropped, (lasting, index))
+
+
+def _read_scan(
+    name: str, cloud: PointCloud, full: StoredPoints | None, dropped: int, source: tuple[Path, int]
+) -> ReadScan:
     scan = Scan(
-        name, kept.points, view_point=cloud.view_point,
+        name, cloud.points, view_point=cloud.view_point,
         up=np.array([0.0, 0.0, 1.0]) if cloud.levelled else None,
-        attributes=kept.attributes, full=full,
+        attributes=cloud.attributes, full=full,
     )  # fmt: skip
-    return ReadScan(scan, dropped, cloud.remarks, cloud.T_world_scan, (lasting, index))
+    return ReadScan(scan, dropped, cloud.remarks, cloud.T_world_scan, source)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -133,7 +133,8 @@ def held(
         return cloud, None
     kinds = {name: values.dtype for name, values in cloud.attributes.items()}
     stored = StoredPoints(path, read, count, kinds, stamp_of(path))
-    return PointCloud(cloud.points[drawn(count, most)], cloud.view_point), stored
+    thin = replace(cloud, points=cloud.points[drawn(count, most)], attributes={}, triangles=None)
+    return thin, stored
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,23 +159,26 @@ class Thinned:
 def thinned(
     pieces: Pieces, path: Path, read: Callable[[], PointCloud], most: int
 ) -> Thinned | None:
-    """As `held`, of a file that is read piece by piece; None where it has to be read whole.
+    """As `held`, of a scan that is read piece by piece; None where it has to be read whole.
 
-    That is where it has no more points than `most`, or turns out to be odd or damaged.
+    That is where it has no more points than `most`, or a single one at 0, 0, 0.
+
+    Raises
+    ------
+    NotInPiecesError, InputError
+        If the file turns out to be odd or damaged.
     """
-    if not 0 < most < pieces.count:
-        return None
     stamp, sample, zeros = stamp_of(path), Sample(most), 0
-    try:
-        for cloud in pieces.clouds:
-            there, more = counting(cloud.points)
-            zeros += more
-            sample.add(cloud.points[there])
-    except (InputError, NotInPiecesError):
-        return None
+    for cloud in pieces.clouds:
+        there, more = counting(cloud.points)
+        zeros += more
+        sample.add(cloud.points[there])
     # A single point at 0, 0, 0 may be real, and has its place among the others.
     if sample.count <= most or zeros == 1:
         return None
     stored = StoredPoints(path, read, sample.count, pieces.kinds, stamp, pieces.again)
-    cloud = PointCloud(sample.points(), pieces.view_point, remarks=tuple(pieces.remarks))
+    cloud = PointCloud(
+        sample.points(), pieces.view_point, name=pieces.name, T_world_scan=pieces.T_world_scan,
+        remarks=tuple(pieces.remarks),
+    )  # fmt: skip
     return Thinned(cloud, stored, zeros)

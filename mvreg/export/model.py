@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -12,8 +14,18 @@ from mvreg.errors import few
 from mvreg.export.placements import Component, Placements
 from mvreg.geometry import se3
 from mvreg.io import PointCloud
-from mvreg.report.model import INDEX, RESIDUAL, kinds_of, model_clouds, model_kinds, placed
-from mvreg.types import Array, ScanSet, View
+from mvreg.io.cloud_stream import some_of
+from mvreg.report.model import (
+    INDEX,
+    RESIDUAL,
+    PlacedScan,
+    kinds_of,
+    model_kinds,
+    pieces_of,
+    placed,
+    placed_scans,
+)
+from mvreg.types import Array, Scan, ScanSet, View
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,23 +63,17 @@ class Model:
         """The attributes of the model by name, and their types."""
         return model_kinds(self.scanset, self.poses, self.views)
 
-    def clouds(self, pieces: bool = False) -> Clouds:
-        """The scans in the frame of the model, one at a time, with their number as `INDEX`.
+    @cached_property
+    def placed(self) -> list[PlacedScan]:
+        """The scans in the frame of the model, one by one."""
+        return placed_scans(self.scanset, self.poses, self.views)
 
-        In `pieces` a large one may come as several clouds.
-        """
-        return Clouds(self.scanset, self.poses, self.views, pieces)
-
-    def scans(self) -> Iterator[PointCloud]:
+    def scans(self) -> Iterator[OwnScan]:
         """The scans in the frames of their files, one at a time, with ``T_model_scan``."""
         for scan in placed(self.scanset, self.poses):
             motion = self.scanset.motions.get(scan.name)
-            scan = scan if motion is None else scan.moved(se3.invert(motion))
-            points, attributes = scan.full() if scan.full else (scan.points, scan.attributes)
-            yield PointCloud(
-                points, attributes=attributes, name=scan.name,
-                T_world_scan=self.component.poses[scan.name],
-            )  # fmt: skip
+            own = scan if motion is None else scan.moved(se3.invert(motion))
+            yield OwnScan(own, self.component.poses[scan.name])
 
     def filled(self) -> list[str]:
         """What is said of attributes that some of the scans lack."""
@@ -85,15 +91,55 @@ class Model:
 
 @dataclass(frozen=True, eq=False)
 class Clouds:
-    """`model_clouds` that can be gone through again."""
+    """The points of some scans in the frame of the model: gone through as often as need be.
 
-    scanset: ScanSet
-    poses: Mapping[str, Array]
-    views: Sequence[View] = ()
-    pieces: bool = False
+    Parameters
+    ----------
+    scans : sequence of PlacedScan
+    indexed : bool
+        With the number of its scan as `INDEX` of each point.
+    """
+
+    scans: Sequence[PlacedScan]
+    indexed: bool = True
 
     def __iter__(self) -> Iterator[PointCloud]:
-        return model_clouds(self.scanset, self.poses, self.views, self.pieces)
+        for cloud in chain.from_iterable(self.scans):
+            yield cloud if self.indexed else without_index(cloud)
+
+    @property
+    def kinds(self) -> dict[str, np.dtype[Any]]:
+        """The attributes by name, and their types."""
+        found: dict[str, np.dtype[Any]] = {}
+        for scan in self.scans:
+            found |= scan.own_kinds
+        return {name: kind for name, kind in found.items() if self.indexed or name != INDEX}
+
+    @property
+    def probes(self) -> dict[str, Array]:
+        """Of each scan that comes in pieces some points (N, 3), from all over it."""
+        return {
+            one.scan.name: se3.apply(one.pose, some_of(one.scan.points))
+            for one in self.scans if one.scan.full is not None
+        }  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class OwnScan:
+    """One scan in the frame of its file; gone through, its points come in pieces."""
+
+    scan: Scan
+    T_model_scan: Array
+
+    def __iter__(self) -> Iterator[PointCloud]:
+        kinds = kinds_of(self.scan)
+        for points, attributes in pieces_of(self.scan):
+            values = {
+                name: each.astype(kinds[name], copy=False) for name, each in attributes.items()
+            }
+            yield PointCloud(
+                points, attributes=values, name=self.scan.name, T_world_scan=self.T_model_scan
+            )
 
 
 def without_index(cloud: PointCloud) -> PointCloud:

@@ -2,58 +2,49 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable
 from pathlib import Path, PurePath
-from typing import Any
 
-import numpy as np
-
-from mvreg.export.model import Model, without_index
+from mvreg.export.model import Clouds, Model
 from mvreg.export.poses.text import stems
-from mvreg.io import PointCloud
-from mvreg.report.model import INDEX
-
-Kinds = Mapping[str, np.dtype[Any]]
 
 
-def _ply(path: Path, clouds: Iterable[PointCloud], kinds: Kinds) -> list[str]:
+def _ply(path: Path, clouds: Clouds) -> list[str]:
     from mvreg.io import write_ply_clouds
 
-    write_ply_clouds(path, clouds, kinds)
+    write_ply_clouds(path, clouds, clouds.kinds)
     return []
 
 
-def _pcd(path: Path, clouds: Iterable[PointCloud], kinds: Kinds) -> list[str]:
+def _pcd(path: Path, clouds: Clouds) -> list[str]:
     from mvreg.io.pcd_write import write_pcd_clouds
 
-    return write_pcd_clouds(path, clouds, kinds)
+    return write_pcd_clouds(path, clouds, clouds.kinds)
 
 
-def _las(path: Path, clouds: Iterable[PointCloud], kinds: Kinds) -> list[str]:
+def _las(path: Path, clouds: Clouds) -> list[str]:
     from mvreg.io.las_write import write_las_clouds
 
-    return write_las_clouds(path, clouds, kinds)
+    return write_las_clouds(path, clouds, clouds.kinds, clouds.probes)
 
 
-def _e57(path: Path, clouds: Iterable[PointCloud], kinds: Kinds) -> list[str]:
+def _e57(path: Path, clouds: Clouds) -> list[str]:
     from mvreg.io.e57_write import write_e57_scans
 
-    write_e57_scans(path, clouds)
+    write_e57_scans(path, [clouds])
     return []
 
 
-#: Writers of one cloud, by suffix.
-WRITERS: dict[str, Callable[[Path, Iterable[PointCloud], Kinds], list[str]]] = {
+#: Writers of one cloud, by suffix. None needs all points of a scan in memory.
+WRITERS: dict[str, Callable[[Path, Clouds], list[str]]] = {
     ".ply": _ply, ".pcd": _pcd, ".las": _las, ".laz": _las, ".e57": _e57,
 }  # fmt: skip
 
 
 def _merged(suffix: str) -> Callable[[Path, Model], list[str]]:
     def write(folder: Path, model: Model) -> list[str]:
-        path = folder / f"model{suffix}"
-        # The unit of LAS follows from the spacing, which takes all of a scan to measure.
-        clouds = model.clouds(pieces=suffix in (".ply", ".pcd"))
-        return WRITERS[suffix](path, clouds, model.kinds) + model.filled()
+        clouds = Clouds(model.placed)
+        return WRITERS[suffix](folder / f"model{suffix}", clouds) + model.filled()
 
     return write
 
@@ -76,11 +67,9 @@ def write_scans(folder: Path, model: Model) -> list[str]:
     """``scans/``: each scan moved by its pose, in the format of its file, or else as PLY."""
     names = stems(model.placements)
     remarks: list[str] = []
-    for cloud in model.clouds():
-        suffix = PurePath(cloud.name).suffix.lower()
+    for one in model.placed:
+        suffix = PurePath(one.scan.name).suffix.lower()
         suffix = suffix if suffix in WRITERS else ".ply"
-        alone = without_index(cloud)
-        kinds = {name: values.dtype for name, values in alone.attributes.items() if name != INDEX}
-        path = folder / "scans" / f"{names[cloud.name]}{suffix}"
-        remarks += WRITERS[suffix](path, [alone], kinds)
+        path = folder / "scans" / f"{names[one.scan.name]}{suffix}"
+        remarks += WRITERS[suffix](path, Clouds([one], indexed=False))
     return remarks

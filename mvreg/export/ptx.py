@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,8 @@ from mvreg.export.model import Model
 from mvreg.export.poses.text import rows, stems, words
 from mvreg.io import PointCloud
 from mvreg.io.cloud_stream import ROWS, replaced
+from mvreg.report.model import kinds_of
+from mvreg.types import Array
 from mvreg.types.attributes import COLOURS
 
 
@@ -22,43 +25,62 @@ def write_ptx(folder: Path, model: Model) -> list[str]:
     """
     names = stems(model.placements)
     remarks: list[str] = []
-    for cloud in model.scans():
-        pose = cloud.T_world_scan
-        assert pose is not None
-        values, said = _intensity(cloud)
-        table: list[Any] = [*cloud.points.T, values]
-        coloured = set(COLOURS) <= cloud.attributes.keys()
-        if coloured:
-            table += [_byte(cloud.attributes[name]) for name in COLOURS]
-        path = folder / "ptx" / f"{names[cloud.name]}.ptx"
+    for scan in model.scans():
+        path = folder / "ptx" / f"{names[scan.scan.name]}.ptx"
+        kinds = kinds_of(scan.scan)
+        low, high, count = _intensities(scan)
+        coloured = set(COLOURS) <= kinds.keys()
         with replaced(path) as part, part.open("w", encoding="ascii", newline="\r\n") as stream:
             # Columns, then rows: a scan that is no grid is one column.
-            stream.write(f"1\n{len(cloud.points)}\n{words(pose[:3, 3])}\n")
+            pose = scan.T_model_scan
+            stream.write(f"1\n{count}\n{words(pose[:3, 3])}\n")
             stream.write(rows(pose[:3, :3].T))
             stream.write(rows(pose.T))
-            for first in range(0, len(cloud.points), ROWS):
-                piece = [column[first : first + ROWS].tolist() for column in table]
-                stream.writelines(
-                    f"{' '.join(map(repr, row))}\n" for row in zip(*piece, strict=True)
-                )
-        remarks += [f"{path.name}: {each}" for each in said]
-        left = cloud.attributes.keys() - {"intensity", *COLOURS}
+            for cloud in scan:
+                table: list[Any] = [*cloud.points.T, _intensity(cloud, low, high)]
+                if coloured:
+                    table += [_byte(cloud.attributes[name]) for name in COLOURS]
+                for first in range(0, len(cloud.points), ROWS):
+                    piece = [column[first : first + ROWS].tolist() for column in table]
+                    stream.writelines(
+                        f"{' '.join(map(repr, row))}\n" for row in zip(*piece, strict=True)
+                    )
+        if not _fits(low, high):
+            remarks.append(
+                f"{path.name}: intensity from {low:g} to {high:g} is written from 0 to 1"
+            )
+        left = kinds.keys() - {"intensity", *COLOURS}
         if left:
             remarks.append(f"{path.name}: PTX has no place for {', '.join(sorted(left))}")
     return remarks
 
 
-def _intensity(cloud: PointCloud) -> tuple[Any, list[str]]:
-    """Intensity from 0 to 1, as PTX has it; 0.5, for not known, where there is none."""
+def _intensities(scan: Iterable[PointCloud]) -> tuple[float, float, int]:
+    """The least and the largest intensity, as `_known` has it, and how many points there are."""
+    low, high, count = np.inf, -np.inf, 0
+    for cloud in scan:
+        values = _known(cloud)
+        low, high = float(values.min(initial=low)), float(values.max(initial=high))
+        count += len(values)
+    return low, high, count
+
+
+def _known(cloud: PointCloud) -> Array:
+    """Intensities (N,); 0.5, for not known, where the scan has none, and 0 of single points."""
     values = cloud.attributes.get("intensity")
     if values is None:
-        return np.full(len(cloud.points), 0.5), []
-    values = np.nan_to_num(values.astype(np.float64))
-    low, high = float(values.min()), float(values.max())
-    if low >= 0 and high <= 1:
-        return values, []
-    span = high - low or 1.0
-    return (values - low) / span, [f"intensity from {low:g} to {high:g} is written from 0 to 1"]
+        return np.full(len(cloud.points), 0.5)
+    return np.nan_to_num(values.astype(np.float64))
+
+
+def _fits(low: float, high: float) -> bool:
+    return low >= 0 and high <= 1
+
+
+def _intensity(cloud: PointCloud, low: float, high: float) -> Array:
+    """Intensity from 0 to 1, as PTX has it."""
+    values = _known(cloud)
+    return values if _fits(low, high) else (values - low) / (high - low or 1.0)
 
 
 def _byte(values: Any) -> Any:

@@ -12,6 +12,7 @@ from mvreg.io.points import (
     read_cloud,
     read_clouds,
     read_points,
+    whole_scan,
 )
 from mvreg.io.poses import read_poses
 
@@ -30,6 +31,7 @@ __all__ = [
     "read_clouds",
     "read_points",
     "read_poses",
+    "whole_scan",
     "write_ply",
     "write_ply_clouds",
 ]

@@ -41,7 +41,7 @@ class Survey:
             low, high = self.limits.get(name, (np.inf, -np.inf))
             good = values[np.isfinite(values)] if values.dtype.kind == "f" else values
             if len(good):
-                self.limits[name] = min(low, float(good.min())), max(high, float(good.max()))
+                self.limits[name] = min(low, good.min().item()), max(high, good.max().item())
 
     def within(self, name: str, low: float, high: float) -> bool:
         """Whether all values of an attribute that are numbers lie between two."""
@@ -65,17 +65,61 @@ def survey(clouds: Iterable[PointCloud], path: Path) -> Survey:
     return found
 
 
-def survey_spacing(clouds: Iterable[PointCloud], path: Path) -> tuple[Survey, float]:
-    """As `survey`, and the spacing of the finest cloud; 0 where all points are in one place."""
+def survey_spacing(
+    clouds: Iterable[PointCloud], path: Path, probes: Mapping[str, Array] | None = None
+) -> tuple[Survey, float]:
+    """As `survey`, and the spacing of the finest scan; 0 where all points are in one place.
+
+    Parameters
+    ----------
+    clouds : iterable of PointCloud
+    path : Path
+    probes : mapping of str to (N, 3) array, optional
+        Some points of those scans that come as several clouds, by name.
+    """
     spacings: list[float] = []
+    of_pieces = {name: Probes(points) for name, points in (probes or {}).items()}
 
     def measured() -> Iterator[PointCloud]:
         for cloud in clouds:
-            spacings.append(spacing_of(cloud.points))
+            if cloud.name in of_pieces:
+                of_pieces[cloud.name].add(cloud.points)
+            else:
+                spacings.append(spacing_of(cloud.points))
             yield cloud
 
     seen = survey(measured(), path)
+    spacings += [each.spacing for each in of_pieces.values()]
     return seen, min((each for each in spacings if each > 0), default=0.0)
+
+
+class Probes:
+    """Some points (M, 3) of a scan, and how far each is from the nearest of all, as these come."""
+
+    def __init__(self, points: Array) -> None:
+        self.points = points
+        self.distances = np.full(len(points), np.inf)
+
+    def add(self, points: Array) -> None:
+        """Take notice of more points (N, 3) of the scan."""
+        if not (len(points) and len(self.points)):
+            return
+        distances, _ = neighbours_of(build_tree(points), self.points, min(8, len(points)))
+        # Nearer than this they are one and the same, apart from how their motion was rounded.
+        same = 16 * np.finfo(np.float64).eps * max(np.abs(points).max(), 1e-300)
+        apart = np.where(distances > same, distances, np.inf).min(axis=1)
+        self.distances = np.minimum(self.distances, apart)
+
+    @property
+    def spacing(self) -> float:
+        """Mean distance (length) to the nearest point in another place; 0 where there is none."""
+        known = self.distances[np.isfinite(self.distances)]
+        return float(known.mean()) if len(known) else 0.0
+
+
+def some_of(points: Array) -> Array:
+    """At most 5000 points, from all over a cloud."""
+    return points[:: max(1, -(-len(points) // 5000))]
 
 
 def spacing_of(points: Array) -> float:
@@ -87,8 +131,7 @@ def spacing_of(points: Array) -> float:
     if len(points) < 2:
         return 0.0
     ranks = min(8, len(points))
-    asked = points[:: -(-len(points) // 5000)]
-    distances, _ = neighbours_of(build_tree(points), asked, ranks)
+    distances, _ = neighbours_of(build_tree(points), some_of(points), ranks)
     apart = np.where(distances > 0, distances, np.inf).min(axis=1)
     known = apart[np.isfinite(apart)]
     return float(known.mean()) if len(known) else mean_spacing(points)

@@ -43,8 +43,8 @@ def require_pye57() -> Any:
     return pye57
 
 
-def write_e57_scans(path: str | Path, scans: Iterable[PointCloud]) -> None:
-    """Write scans into one file, one after the other; only one need be in memory at a time.
+def write_e57_scans(path: str | Path, scans: Iterable[Iterable[PointCloud]]) -> None:
+    """Write scans into one file, one after the other; only a piece need be in memory at a time.
 
     Coordinates are doubles, bit for bit, in the frame of each scan; the pose ``T_world_scan`` is in
     its header. Attributes that E57 has no name for are in an extension of the name ``mvreg``.
@@ -53,8 +53,9 @@ def write_e57_scans(path: str | Path, scans: Iterable[PointCloud]) -> None:
     ----------
     path : str or Path
         Missing folders are made; an existing file is replaced.
-    scans : iterable of PointCloud
-        With a `T_world_scan`; without one the pose is left out. Their names are the scans'.
+    scans : iterable of iterables of PointCloud
+        Each scan as its pieces, of the same attributes; gone through twice. The first one has the
+        name of the scan, and `T_world_scan`; without that the pose is left out.
 
     Raises
     ------
@@ -74,19 +75,25 @@ def write_e57_scans(path: str | Path, scans: Iterable[PointCloud]) -> None:
             file.close()
 
 
-def _write_scan(file: Any, scan: PointCloud) -> None:
+def _write_scan(file: Any, pieces: Iterable[PointCloud]) -> None:
     from pye57 import libe57
 
     image = file.image_file
-    seen = Survey()
-    seen.add(scan)
+    seen, scan = Survey(), None
+    for piece in pieces:
+        seen.add(piece)
+        scan = piece.chosen(np.arange(0)) if scan is None else scan
+    if scan is None:
+        return
     node = libe57.StructureNode(image)
     node.set("guid", libe57.StringNode(image, f"{{{uuid.uuid4()}}}"))
     node.set("name", libe57.StringNode(image, scan.name))
-    _set_numbers(image, node, "cartesianBounds", {
-        f"{axis}{end}": value for end, corner in (("Minimum", seen.lower), ("Maximum", seen.upper))
-        for axis, value in zip("xyz", corner, strict=True)
-    })  # fmt: skip
+    if seen.count:
+        corners = (("Minimum", seen.lower), ("Maximum", seen.upper))
+        _set_numbers(image, node, "cartesianBounds", {
+            f"{axis}{end}": value for end, corner in corners
+            for axis, value in zip("xyz", corner, strict=True)
+        })  # fmt: skip
     if set(COLOURS) <= scan.attributes.keys():
         top = 255 if all(scan.attributes[name].dtype == np.uint8 for name in COLOURS) else 65535
         limits = {f"{NAMES[name]}Minimum": 0 for name in COLOURS}
@@ -109,17 +116,19 @@ def _write_scan(file: Any, scan: PointCloud) -> None:
         )
     prototype = libe57.StructureNode(image)
     columns: dict[str, Values] = {}
-    for axis, column in zip("XYZ", scan.points.T, strict=True):
+    for axis in "XYZ":
         prototype.set(f"cartesian{axis}", libe57.FloatNode(image, 0.0, libe57.E57_DOUBLE))
-        columns[f"cartesian{axis}"] = column
+        columns[f"cartesian{axis}"] = np.empty(0)
+    labels: dict[str, str] = {}
     for name, values in scan.attributes.items():
-        label = _label(name, columns)
-        columns[label] = values.astype(np.uint8) if values.dtype.kind == "b" else values
-        prototype.set(label, _prototype(image, columns[label]))
+        labels[name] = _label(name, columns)
+        columns[labels[name]] = values.astype(np.uint8) if values.dtype.kind == "b" else values
+        between = seen.limits.get(name, (0, 0))
+        prototype.set(labels[name], _prototype(image, columns[labels[name]].dtype, between))
     points = libe57.CompressedVectorNode(image, prototype, libe57.VectorNode(image, True))
     node.set("points", points)
     file.data3d.append(node)
-    _write_points(image, points, columns, len(scan.points))
+    _write_points(image, points, pieces, labels, columns)
 
 
 def _set_numbers(image: Any, parent: Any, name: str, values: Mapping[str, float]) -> None:
@@ -135,17 +144,17 @@ def _set_numbers(image: Any, parent: Any, name: str, values: Mapping[str, float]
         )
 
 
-def _prototype(image: Any, values: Values) -> Any:
+def _prototype(image: Any, kind: np.dtype[Any], limits: tuple[float, float]) -> Any:
     from pye57 import libe57
 
-    if values.dtype.kind == "f":
-        single = values.dtype.itemsize <= 4
-        return libe57.FloatNode(image, 0.0, libe57.E57_SINGLE if single else libe57.E57_DOUBLE)
+    if kind.kind == "f":
+        return libe57.FloatNode(
+            image, 0.0, libe57.E57_SINGLE if kind.itemsize <= 4 else libe57.E57_DOUBLE
+        )
     # Colours fill their type, so that white is white; others take the bits that they need.
-    if values.dtype.kind == "u" and values.dtype.itemsize <= 2:
-        low, high = 0, int(np.iinfo(values.dtype).max)
-    else:
-        low, high = int(values.min(initial=0)), int(values.max(initial=0))
+    if kind.kind == "u" and kind.itemsize <= 2:
+        limits = 0, int(np.iinfo(kind).max)
+    low, high = (int(each) for each in limits)
     return libe57.IntegerNode(image, low, low, high)
 
 
@@ -157,23 +166,33 @@ def _label(name: str, taken: Mapping[str, Values]) -> str:
     return numbered(f"mvreg:{word if word[:1].isalpha() else f'_{word}'}", taken)
 
 
-def _write_points(image: Any, points: Any, columns: Mapping[str, Values], count: int) -> None:
+def _write_points(
+    image: Any,
+    points: Any,
+    pieces: Iterable[PointCloud],
+    labels: Mapping[str, str],
+    columns: Mapping[str, Values],
+) -> None:
+    """Write all pieces; `columns` are of the types that they have, by label."""
     from pye57 import libe57
 
     # libE57 takes no unsigned types beyond 32 bits.
     kinds = {"u8": "i8", "f2": "f4"}
-    rows = min(ROWS, count)
-    pieces = {
-        label: np.empty(rows, dtype=kinds.get(values.dtype.str[1:], values.dtype.str[1:]))
+    room = {
+        label: np.empty(ROWS, dtype=kinds.get(values.dtype.str[1:], values.dtype.str[1:]))
         for label, values in columns.items()
     }
     buffers = libe57.VectorSourceDestBuffer()
-    for label, piece in pieces.items():
-        buffers.append(libe57.SourceDestBuffer(image, label, piece, rows, True, True))
+    for label, values in room.items():
+        buffers.append(libe57.SourceDestBuffer(image, label, values, ROWS, True, True))
     writer = points.writer(buffers)
-    for first in range(0, count, rows):
-        size = min(rows, count - first)
-        for label, piece in pieces.items():
-            piece[:size] = columns[label][first : first + size]
-        writer.write(size)
+    for piece in pieces:
+        for first in range(0, len(piece.points), ROWS):
+            which = slice(first, first + ROWS)
+            size = len(piece.points[which])
+            for axis, column in zip("XYZ", piece.points[which].T, strict=True):
+                room[f"cartesian{axis}"][:size] = column
+            for name, label in labels.items():
+                room[label][:size] = piece.attributes[name][which]
+            writer.write(size)
     writer.close()

@@ -9,9 +9,9 @@ from pathlib import Path
 from mvreg.errors import InputError
 from mvreg.io.arrays import read_npy
 from mvreg.io.cloud import PointCloud
-from mvreg.io.e57 import read_e57
+from mvreg.io.e57 import e57_pieces, read_e57
 from mvreg.io.gltf import read_gltf
-from mvreg.io.las import read_las
+from mvreg.io.las import las_pieces, read_las
 from mvreg.io.obj import read_obj
 from mvreg.io.off import read_off
 from mvreg.io.pcd import read_pcd
@@ -21,6 +21,7 @@ from mvreg.io.ply import read_ply
 from mvreg.io.ply_pieces import ply_pieces
 from mvreg.io.pts import read_pts
 from mvreg.io.ptx import read_ptx
+from mvreg.io.station_pieces import pts_pieces, ptx_pieces
 from mvreg.io.stl import read_stl
 from mvreg.io.text import read_text, text_pieces
 from mvreg.io.vtk import read_vtk
@@ -61,14 +62,14 @@ class Format:
     read : callable
         ``read(path, options)``: the scans in a file, see `Reader`.
     pieces : callable, optional
-        ``pieces(path, options)``: the only scan of a file piece by piece, see `Pieces`, or
-        `NotInPiecesError`.
+        ``pieces(path, options)``: the scans of a file, each piece by piece, see `Pieces`, or
+        `NotInPiecesError`. The next scan is asked for once all pieces of one are read.
     """
 
     name: str
     suffixes: tuple[str, ...]
     read: Reader
-    pieces: Callable[[Path, ReadOptions], Pieces] | None = None
+    pieces: Callable[[Path, ReadOptions], Iterable[Pieces]] | None = None
 
 
 def several(reader: Callable[[Path], Iterable[PointCloud]]) -> Reader:
@@ -96,26 +97,31 @@ def text(name: str, suffixes: tuple[str, ...], columns: Sequence[str] = ()) -> F
     def read(path: Path, options: ReadOptions) -> Sequence[PointCloud]:
         return (read_text(path, options.columns or columns),)
 
-    def pieces(path: Path, options: ReadOptions) -> Pieces:
-        return text_pieces(path, options.columns or columns)
+    def pieces(path: Path, options: ReadOptions) -> Sequence[Pieces]:
+        return (text_pieces(path, options.columns or columns),)
 
     return Format(name, suffixes, read, pieces)
 
 
 #: The formats that come with mvreg.
 FORMATS: tuple[Format, ...] = (
-    Format("PLY", (".ply",), single(read_ply), lambda path, options: ply_pieces(path)),
-    Format("PCD", (".pcd",), single(read_pcd), lambda path, options: pcd_pieces(path)),
+    Format("PLY", (".ply",), single(read_ply), lambda path, options: [ply_pieces(path)]),
+    Format("PCD", (".pcd",), single(read_pcd), lambda path, options: [pcd_pieces(path)]),
     Format("OBJ", (".obj",), single(read_obj)),
     Format("OFF", (".off",), single(read_off)),
     Format("STL", (".stl",), single(read_stl)),
     text("text", (".xyz", ".txt", ".csv", ".asc")),
     text("text with normals", (".xyzn",), (*"xyz", *NORMALS)),
     text("text with colours", (".xyzrgb",), (*"xyz", *COLOURS)),
-    Format("PTS", (".pts",), lambda path, options: read_pts(path, options.columns)),
-    Format("PTX", (".ptx",), several(read_ptx)),
-    Format("LAS", (".las", ".laz"), single(read_las)),
-    Format("E57", (".e57",), several(read_e57)),
+    Format(
+        "PTS",
+        (".pts",),
+        lambda path, options: read_pts(path, options.columns),
+        lambda path, options: pts_pieces(path, options.columns),
+    ),
+    Format("PTX", (".ptx",), several(read_ptx), lambda path, options: ptx_pieces(path)),
+    Format("LAS", (".las", ".laz"), single(read_las), lambda path, options: [las_pieces(path)]),
+    Format("E57", (".e57",), several(read_e57), lambda path, options: e57_pieces(path)),
     Format("glTF", (".glb", ".gltf"), single(read_gltf)),
     Format("VTK", (".vtk",), single(read_vtk)),
     Format("VTK XML", (".vtp", ".vtu"), single(read_vtk_xml)),

@@ -56,6 +56,7 @@ def write_las_clouds(
     path: str | Path,
     clouds: Iterable[PointCloud],
     kinds: Mapping[str, np.dtype[Any]],
+    probes: Mapping[str, Array] | None = None,
 ) -> list[str]:
     """Write clouds into one file, one after the other; only one need be in memory at a time.
 
@@ -73,6 +74,8 @@ def write_las_clouds(
         the type is whole.
     kinds : mapping of str to dtype
         The attributes and their types.
+    probes : mapping of str to (N, 3) array, optional
+        Some points of scans that come as several clouds, by name, to measure their spacing.
 
     Returns
     -------
@@ -87,7 +90,7 @@ def write_las_clouds(
     import laspy
 
     path = Path(path)
-    seen, spacing = survey_spacing(clouds, path)
+    seen, spacing = survey_spacing(clouds, path, probes)
     extent = float((seen.upper - seen.lower).max())
     scale = scale_for(spacing, extent)
     coloured = set(COLOURS) <= kinds.keys()

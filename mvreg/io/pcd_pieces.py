@@ -28,8 +28,8 @@ def pcd_pieces(path: Path) -> Pieces:
     if header.data not in ("ascii", "binary"):
         raise NotInPiecesError
     return Pieces(
-        lambda: map(cloud_of, _values(path, header)), header.points, header.view_point,
-        remarks=[*remarks_on(header)],
+        lambda path: map(cloud_of, _values(path, header)), path, header.points,
+        header.view_point, remarks=[*remarks_on(header)],
     )  # fmt: skip
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, TypeVar
 
 import numpy as np
 
@@ -13,6 +13,8 @@ from mvreg.io.cloud import PointCloud
 from mvreg.kernels.text import parse_rows
 from mvreg.types import Array
 from mvreg.types.attributes import Values
+
+Item = TypeVar("Item")
 
 #: What may be left at the end of a text.
 NOTHING = b" \t\r\n\0\x1a"
@@ -28,35 +30,53 @@ class NotInPiecesError(Exception):
 
 @dataclass(eq=False)
 class Pieces:
-    """The only scan of a file, piece by piece.
+    """One scan of a file, piece by piece.
 
     Parameters
     ----------
-    again : callable
-        ``again()`` reads all pieces, in order, NaN included, with their attributes; it may be
-        called once `clouds` is at its end. The pieces raise `NotInPiecesError` where the file turns
-        out to be damaged or odd: read whole, it says what is wrong.
+    read : callable
+        ``read(path)`` reads all pieces of the file, wherever it is, in order, NaN included, with
+        their attributes; it may be called once `clouds` is at its end. The pieces raise
+        `NotInPiecesError` where the file turns out to be damaged or odd: read whole, it says what
+        is wrong.
+    path : Path
     count : int
         Points that there are, about.
     view_point : (3,) array, optional
+    name : str
+    T_world_scan : (4, 4) array, optional
         As of a `PointCloud`.
     kinds : mapping of str to dtype
-        Of the attributes that the whole file has, once all pieces are read.
+        Of the attributes that the whole scan has, once all pieces are read.
     remarks : list of str
         As of a `PointCloud`, once all pieces are read.
+    alone : bool
+        The file has no other scan.
+    finish : callable, optional
+        What `clouds`, or all of them in one, become once all have been seen; None where they come
+        without their attributes.
     clouds : iterator of PointCloud
-        The pieces for the first time; perhaps without attributes.
+        The pieces for the first time.
     """
 
-    again: Callable[[], Iterator[PointCloud]]
+    read: Callable[[Path], Iterator[PointCloud]]
+    path: Path
     count: int
     view_point: Array | None = None
+    name: str = ""
+    T_world_scan: Array | None = None
     kinds: dict[str, np.dtype[Any]] = field(default_factory=dict)
     remarks: list[str] = field(default_factory=list)
+    alone: bool = True
+    finish: Callable[[PointCloud], PointCloud] | None = None
     clouds: Iterator[PointCloud] = field(init=False)
 
     def __post_init__(self) -> None:
         self.clouds = self._noticed()
+
+    def again(self) -> Iterator[PointCloud]:
+        """All pieces once more, with the attributes `kinds`."""
+        return quietly_each(self.read(self.path))
 
     def _noticed(self) -> Iterator[PointCloud]:
         for cloud in self.again():
@@ -68,6 +88,62 @@ class Pieces:
         for name, values in attributes.items():
             known = self.kinds.get(name, values.dtype)
             self.kinds[name] = np.result_type(known, values.dtype)
+
+    def at_end(self, end: Callable[[int], None]) -> None:
+        """Let ``end(count)`` be called when `clouds` is at its end, after so many points."""
+        self.clouds = self._ending(self.clouds, end)
+
+    @staticmethod
+    def _ending(clouds: Iterator[PointCloud], end: Callable[[int], None]) -> Iterator[PointCloud]:
+        count = 0
+        for cloud in clouds:
+            count += len(cloud.points)
+            yield cloud
+        end(count)
+
+    def whole(self) -> PointCloud:
+        """All of the scan, NaN included, of which no piece has been taken yet."""
+        if self.finish is None:
+            for _ in self.clouds:
+                pass
+            return self.whole_again()
+        return self._with_all(self.finish(joined([*self.clouds])))
+
+    def whole_again(self) -> PointCloud:
+        """The same, once `clouds` is at its end."""
+        return self._with_all(joined([*self.again()]))
+
+    def _with_all(self, cloud: PointCloud) -> PointCloud:
+        return replace(
+            cloud, view_point=self.view_point, name=self.name, T_world_scan=self.T_world_scan,
+            remarks=tuple(self.remarks),
+        )  # fmt: skip
+
+
+def joined(clouds: Sequence[PointCloud]) -> PointCloud:
+    """Points and attributes of several pieces, one after the other; no point of none."""
+    if not clouds:
+        return PointCloud(np.empty((0, 3)))
+    points = np.concatenate([cloud.points for cloud in clouds])
+    return PointCloud(points, attributes={
+        name: np.concatenate([cloud.attributes[name] for cloud in clouds])
+        for name in clouds[0].attributes
+    })  # fmt: skip
+
+
+def quietly(function: Callable[..., Any], *given: Any) -> Any:
+    """What a call returns, NumPy's warnings off: what is not finite is dropped in the end.
+
+    Not around a ``yield``, or they would be off for whoever asks for the next cloud, too.
+    """
+    with np.errstate(all="ignore"):
+        return function(*given)
+
+
+def quietly_each(items: Iterator[Item]) -> Iterator[Item]:
+    """All items, NumPy's warnings off while each is made."""
+    while (item := quietly(next, items, None)) is not None:
+        yield item
 
 
 def text_blocks(stream: IO[bytes]) -> Iterator[bytes]:

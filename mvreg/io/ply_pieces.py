@@ -30,7 +30,7 @@ def ply_pieces(path: Path) -> Pieces:
     others = [each for each in header.elements if each is not vertex and each.count]
     if others or vertex.has_lists or header.newline == b"\r":
         raise NotInPiecesError
-    return Pieces(lambda: map(cloud_of, _values(path, header)), vertex.count)
+    return Pieces(lambda path: map(cloud_of, _values(path, header)), path, vertex.count)
 
 
 def _values(path: Path, header: Header) -> Iterator[dict[str, Values]]:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator, Mapping
+from collections.abc import Generator, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from mvreg.io.cloud import PointCloud
 from mvreg.io.compressed import with_compressed
 from mvreg.io.formats import FORMATS, Format, ReadOptions, by_suffix, format_of
 from mvreg.io.mesh_points import with_points_on_triangles
-from mvreg.io.pieces import NotInPiecesError, Pieces
+from mvreg.io.pieces import NotInPiecesError, Pieces, quietly, quietly_each
 from mvreg.types import Array
 
 #: The formats that come with mvreg by lower-case suffix.
@@ -114,10 +113,10 @@ def iterate_clouds(
         if path.exists() and not path.is_file():
             raise InputError(f"{path}: expected a file, found a folder or a device")
         nothing = True
-        clouds = iter(_quietly(reader, path, options or ReadOptions()))
-        while (cloud := _quietly(next, clouds, None)) is not None:
+        clouds = iter(quietly(reader, path, options or ReadOptions()))
+        while (cloud := quietly(next, clouds, None)) is not None:
             nothing = False
-            yield _quietly(_finite, cloud, path)
+            yield quietly(_finite, cloud, path)
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from error
     except (MemoryError, OverflowError) as error:
@@ -130,38 +129,48 @@ def open_pieces(
     path: str | Path,
     options: ReadOptions | None = None,
     formats: Mapping[str, Format] | None = None,
-) -> Pieces | None:
-    """The only scan of a file piece by piece; None where it has to be read whole.
+) -> Iterator[Pieces]:
+    """The scans of one file, each piece by piece; the next once the pieces of one are all read.
 
-    As `iterate_clouds` would read it, but with points that are not finite; `NotInPiecesError` may
-    come on the way, and whatever error is met.
+    As `iterate_clouds` would read them, but with points that are not finite.
+
+    Raises
+    ------
+    NotInPiecesError
+        If the file has to be read whole, which may turn out at its end; whatever error is met may
+        come, too.
     """
     path = Path(path)
     known = READERS if formats is None else with_compressed(formats)
     opened = format_of(path, known).pieces
     if opened is None:
-        return None
-    try:
-        pieces: Pieces = _quietly(opened, path, options or ReadOptions())
-    except NotInPiecesError:
-        return None
-    again = pieces.again
-    pieces.clouds, pieces.again = _each_quietly(pieces.clouds), lambda: _each_quietly(again())
-    return pieces
+        raise NotInPiecesError
+    scans = iter(quietly(opened, path, options or ReadOptions()))
+    for pieces in quietly_each(scans):
+        pieces.clouds = quietly_each(pieces.clouds)
+        yield pieces
 
 
-def _each_quietly(pieces: Iterator[PointCloud]) -> Iterator[PointCloud]:
-    while (piece := _quietly(next, pieces, None)) is not None:
-        yield piece
+def whole_scan(pieces: Pieces, begun: bool = False) -> PointCloud:
+    """All of a scan that comes in pieces, as one of `iterate_clouds`.
 
+    Parameters
+    ----------
+    pieces : Pieces
+    begun : bool
+        Its pieces have been read before.
 
-def _quietly(function: Callable[..., Any], *given: Any) -> Any:
-    """What a call returns, NumPy's warnings off: what is not finite is dropped in the end.
-
-    Not around a ``yield``, or they would be off for whoever asks for the next cloud, too.
+    Raises
+    ------
+    InputError
+        As `iterate_clouds`.
+    NotInPiecesError
+        If the file has to be read whole.
     """
-    with np.errstate(all="ignore"):
-        return function(*given)
+    found: PointCloud = quietly(
+        _finite, pieces.whole_again() if begun else pieces.whole(), pieces.path
+    )
+    return found
 
 
 def _finite(cloud: PointCloud, path: Path) -> PointCloud:

@@ -16,7 +16,7 @@ from mvreg.io.text import read_text
 from mvreg.types import Array
 from mvreg.types.attributes import Values
 
-_COUNT = re.compile(r"\s*(\d{1,18})\s*")
+COUNT = re.compile(r"\s*(\d{1,18})\s*")
 
 
 def read_pts(path: Path, columns: Sequence[str] = ()) -> Sequence[PointCloud]:
@@ -32,11 +32,11 @@ def read_pts(path: Path, columns: Sequence[str] = ()) -> Sequence[PointCloud]:
         With file, line and reason; also where a count is not that of the rows that follow it.
     """
     lines = Lines.of(path)
-    if not lines.skip_blank() or _COUNT.fullmatch(lines.peek()) is None:
+    if not lines.skip_blank() or COUNT.fullmatch(lines.peek()) is None:
         return (read_text(path, columns),)
     clouds: list[PointCloud] = []
     while lines.skip_blank():
-        count = _COUNT.fullmatch(lines.peek())
+        count = COUNT.fullmatch(lines.peek())
         if count is None:
             raise lines.error("the end of the file or the count of another station")
         lines.next()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -50,7 +50,24 @@ def read_ptx(path: Path) -> Sequence[PointCloud]:
     return with_points(clouds, path)
 
 
-def _scan(lines: Lines, name: str) -> PointCloud:
+@dataclass(frozen=True, eq=False)
+class PtxHeader:
+    """What is said of a scan: its cells, the view point (3,) and the pose (4, 4) if there are."""
+
+    cells: int
+    view_point: Array | None
+    pose: Array | None
+    remarks: tuple[str, ...]
+
+
+def read_header(lines: Lines) -> PtxHeader:
+    """Read the header of a scan, and go on to its points.
+
+    Raises
+    ------
+    InputError
+        With file, line and reason.
+    """
     columns = _count(lines, "the number of columns of a scan")
     rows = _count(lines, "the number of rows of a scan")
     position = _numbers(lines, 3, "the scanner's position")
@@ -58,17 +75,40 @@ def _scan(lines: Lines, name: str) -> PointCloud:
         _numbers(lines, 3, "an axis of the scanner")
     matrix = np.array([_numbers(lines, 4, "a row of the 4x4 matrix") for _ in range(4)])
     pose, remarks = _pose(matrix)
-    if not columns * rows:
+    return PtxHeader(columns * rows, _view_point(np.array(position), pose), pose, remarks)
+
+
+def row_length(lines: Lines) -> int:
+    """How many numbers the rows of a scan have.
+
+    Raises
+    ------
+    InputError
+        If the row at hand has neither intensity nor colours, nor is without them.
+    """
+    columns = len(lines.peek().split())
+    if columns not in (3, 4, 6, 7):
+        raise lines.error("a row 'x y z intensity' or 'x y z intensity red green blue'")
+    return columns
+
+
+def without_return(missing: int, cells: int) -> tuple[str, ...]:
+    """What is said of cells without a return."""
+    return (f"{missing:,} of {cells:,} cells without a return left out",) if missing else ()
+
+
+def _scan(lines: Lines, name: str) -> PointCloud:
+    header = read_header(lines)
+    if not header.cells:
         return PointCloud(np.empty((0, 3)), name=name)
-    table = _table(lines, columns * rows)
+    table = lines.table(header.cells, row_length(lines))
     back = np.any(table[:, :3] != 0, axis=1)
-    if not back.all():
-        missing = len(back) - int(np.count_nonzero(back))
-        remarks = (*remarks, f"{missing:,} of {len(back):,} cells without a return left out")
+    missing = len(back) - int(np.count_nonzero(back))
+    if missing:
         table = table[back]
     return PointCloud(
-        table[:, :3], _view_point(np.array(position), pose), attributes(table), name, pose,
-        remarks=remarks,
+        table[:, :3], header.view_point, attributes(table), name, header.pose,
+        remarks=(*header.remarks, *without_return(missing, header.cells)),
     )  # fmt: skip
 
 
@@ -89,13 +129,6 @@ def _numbers(lines: Lines, count: int, what: str) -> list[float]:
         raise lines.error(f"{what}, {count} numbers")
     lines.next()
     return numbers
-
-
-def _table(lines: Lines, count: int) -> Array:
-    columns = len(lines.peek().split())
-    if columns not in (3, 4, 6, 7):
-        raise lines.error("a row 'x y z intensity' or 'x y z intensity red green blue'")
-    return lines.table(count, columns)
 
 
 def _pose(matrix: Array) -> tuple[Array | None, tuple[str, ...]]:

@@ -84,7 +84,9 @@ def text_pieces(path: Path, columns: Sequence[str] = ()) -> Pieces:
         raise NotInPiecesError from error
     telling: list[Array] = []
     count = int(path.stat().st_size / max(1.0, source.row_length))
-    found = Pieces(lambda: _clouds(open_table(path), chosen, np.concatenate(telling)), count)
+    found = Pieces(
+        lambda path: _clouds(open_table(path), chosen, np.concatenate(telling)), path, count
+    )
     found.clouds = _points(source, chosen, bool(columns), found, telling)
     return found
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -41,25 +43,97 @@ def model_kinds(
     )
 
 
-def model_clouds(
-    scanset: ScanSet,
-    poses: Mapping[str, Array],
-    views: Sequence[View] = (),
-    pieces: bool = False,
-) -> Iterator[PointCloud]:
-    """The placed scans in the frame of the poses, one at a time, in the order of the set.
+@dataclass(frozen=True, eq=False)
+class PlacedScan:
+    """One scan in the frame of the model; gone through, its points come in pieces, each time.
+
+    Parameters
+    ----------
+    scan : Scan
+        One of which only a part is held is read again each time, in full.
+    number : int
+        Among the scans of the run, from 0.
+    pose : (4, 4) array
+        ``T_model_scan``.
+    kinds : mapping of str to dtype
+        See `model_kinds`.
+    view : View, optional
+        As it was registered.
+    residuals : (M,) array, optional
+        Of the view's points.
+    measured : bool
+        Points have residuals; NaN without a view.
+    """
+
+    scan: Scan
+    number: int
+    pose: Array
+    kinds: Mapping[str, np.dtype[Any]]
+    view: View | None = None
+    residuals: Array | None = None
+    measured: bool = False
+
+    @property
+    def own_kinds(self) -> dict[str, np.dtype[Any]]:
+        """The attributes that its points have, in the types of the model."""
+        more = (RESIDUAL, INDEX) if self.measured else (INDEX,)
+        return {name: self.kinds[name] for name in (*kinds_of(self.scan), *more)}
+
+    def __iter__(self) -> Iterator[PointCloud]:
+        for points, attributes in pieces_of(self.scan):
+            values = {
+                name: widened(name, column, self.kinds[name])
+                for name, column in turned(attributes, self.pose[:3, :3]).items()
+            }
+            values[INDEX] = np.full(len(points), self.number, dtype=self.kinds[INDEX])
+            if self.measured:
+                values[RESIDUAL] = self._residuals(points)
+            yield PointCloud(se3.apply(self.pose, points), attributes=values, name=self.scan.name)
+
+    def _residuals(self, points: Array) -> Values:
+        found = np.full(len(points), np.nan, dtype=self.kinds[RESIDUAL])
+        if self.view is not None and self.residuals is not None:
+            distances, indices = nearest(self.view.tree, points)
+            found[:] = of_raw_points(self.residuals, indices, distances, self.view)
+        return found
+
+
+def placed_scans(
+    scanset: ScanSet, poses: Mapping[str, Array], views: Sequence[View] = ()
+) -> list[PlacedScan]:
+    """The placed scans in the frame of the poses, in the order of the set.
 
     Parameters
     ----------
     scanset : ScanSet
-        Scans of which only a part is held are read again, in full.
     poses : mapping of str to (4, 4) array
         ``T_model_scan``.
     views : sequence of View
         As they were registered, to measure residuals by: the root mean square distance of the
         nearest registration point, NaN where it touches no other scan.
-    pieces : bool
-        A scan that is read again may come as several clouds, one after the other.
+    """
+    kinds = model_kinds(scanset, poses, views)
+    residuals = point_residuals(poses, views)
+    by_name = {view.name: view for view in views}
+    return [
+        PlacedScan(
+            scan,
+            number,
+            poses[scan.name],
+            kinds,
+            by_name.get(scan.name),
+            residuals.get(scan.name),
+            bool(views),
+        )
+        for number, scan in enumerate(scanset.scans)
+        if scan.name in poses
+    ]
+
+
+def model_clouds(
+    scanset: ScanSet, poses: Mapping[str, Array], views: Sequence[View] = ()
+) -> Iterator[PointCloud]:
+    """All points of `placed_scans`; a large scan comes as several clouds, one after the other.
 
     Yields
     ------
@@ -71,34 +145,15 @@ def model_clouds(
     InputError
         If a file that is to be read again is not what it was.
     """
-    kinds = model_kinds(scanset, poses, views)
-    residuals = point_residuals(poses, views)
-    by_name = {view.name: view for view in views}
-    numbers = {scan.name: number for number, scan in enumerate(scanset.scans)}
-    for scan in placed(scanset, poses):
-        pose, view = poses[scan.name], by_name.get(scan.name)
-        for points, attributes in _points_of(scan, pieces):
-            values = {
-                name: widened(name, column, kinds[name])
-                for name, column in turned(attributes, pose[:3, :3]).items()
-            }
-            values[INDEX] = np.full(len(points), numbers[scan.name], dtype=kinds[INDEX])
-            if views:
-                values[RESIDUAL] = np.full(len(points), np.nan, dtype=kinds[RESIDUAL])
-            if view is not None and scan.name in residuals:
-                distances, indices = nearest(view.tree, points)
-                values[RESIDUAL][:] = of_raw_points(residuals[scan.name], indices, distances, view)
-            yield PointCloud(se3.apply(pose, points), attributes=values, name=scan.name)
+    return chain.from_iterable(placed_scans(scanset, poses, views))
 
 
-def _points_of(scan: Scan, pieces: bool) -> Iterator[tuple[Array, Attributes]]:
-    """All points of a scan, at once or in pieces."""
+def pieces_of(scan: Scan) -> Iterator[tuple[Array, Attributes]]:
+    """All points of a scan, with their attributes, at once or in pieces."""
     if scan.full is None:
         yield scan.points, scan.attributes
-    elif pieces:
-        yield from scan.full.pieces()
     else:
-        yield scan.full()
+        yield from scan.full.pieces()
 
 
 def placed(scanset: ScanSet, poses: Mapping[str, Array]) -> list[Scan]:

@@ -106,7 +106,7 @@ def write_model(path: Path, scanset: ScanSet, poses: Mapping[str, Array]) -> Non
     """All points of the placed scans in their model's frame, with their attributes."""
     from mvreg.io import write_ply_clouds
 
-    write_ply_clouds(path, model_clouds(scanset, poses, pieces=True), model_kinds(scanset, poses))
+    write_ply_clouds(path, model_clouds(scanset, poses), model_kinds(scanset, poses))
 
 
 def link_latest(folder: Path) -> None:

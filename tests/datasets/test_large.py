@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import gzip
 import os
 import tracemalloc
+import zipfile
 
 import numpy as np
 import pytest
 
 import mvreg
 from mvreg.datasets.folder import Folder
+from mvreg.datasets.large import StoredPoints
 from mvreg.datasets.sample import Sample, drawn
 from mvreg.errors import InputError
-from mvreg.io import PointCloud, read_cloud, write_ply_clouds
+from mvreg.io import NotInPiecesError, PointCloud, read_cloud, write_ply_clouds
+from mvreg.io.e57_write import write_e57_scans
+from mvreg.io.las_write import write_las_clouds
 from mvreg.report.model import INDEX
 from mvreg.report.run_folder import write_model
 
@@ -48,6 +53,10 @@ def test_that_the_model_has_all_points_of_which_some_are_held(tmp_path):
     np.testing.assert_array_equal(model.attributes[INDEX], np.repeat([0, 1], [1000, 100]))
 
 
+def refuse(*_):
+    raise NotInPiecesError
+
+
 def text(points, grey):
     return "".join(f"{x} {y} {z} {g}\n" for (x, y, z), g in zip(points.tolist(), grey, strict=True))
 
@@ -57,6 +66,98 @@ def pcd(points, kind):
         f"VERSION 0.7\nFIELDS x y z grey\nSIZE 8 8 8 1\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH "
         f"{len(points)}\nHEIGHT 1\nVIEWPOINT 1 2 3 1 0 0 0\nPOINTS {len(points)}\nDATA {kind}\n"
     )
+
+
+def write_ptx(path, points, grey):
+    """Two scans, with `points` in each; NaN is no number of PTX."""
+    header = f"{len(points)}\n1\n1 2 3\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n1 2 3 1\n"
+    path.write_text(2 * (header + text(points, grey)))
+
+
+@pytest.mark.parametrize("kind", ["las", "laz", "e57", "ptx", "pts", "laz.gz", "ply.gz", "zip"])
+@pytest.mark.parametrize("zeros", [0, 1, 5])
+def test_that_scans_in_pieces_are_those_of_the_whole_file(tmp_path, monkeypatch, kind, zeros):
+    points, grey = RNG.normal(size=(5000, 3)).round(4), RNG.integers(0, 256, 5000).astype(np.uint8)
+    points[10 : 10 + zeros] = 0
+    cloud = PointCloud(points, attributes={"intensity": grey}, name="one", T_world_scan=np.eye(4))
+    few = PointCloud(points[:250], attributes={"intensity": grey[:250]}, name="two")
+    path = tmp_path / f"a.{kind}"
+    plain = tmp_path / f"a.{kind.removesuffix('.gz')}"
+    if plain.suffix in (".las", ".laz"):
+        write_las_clouds(plain, [cloud], {"intensity": grey.dtype})
+    elif kind == "e57":
+        pytest.importorskip("pye57", reason="NOT TESTED: pye57 is not installed")
+        write_e57_scans(path, [[cloud], [few], [cloud]])
+    elif kind == "ptx":
+        write_ptx(path, points, grey)
+    elif kind == "pts":
+        path.write_text(2 * (f"{len(points)}\n{text(points, grey)}"))
+    elif kind == "ply.gz":
+        write_ply_clouds(plain, [cloud], {"intensity": grey.dtype})
+    else:
+        write_ptx(tmp_path / "a.ptx", points, grey)
+        with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+            archive.write(tmp_path / "a.ptx", "a.ptx")
+            archive.writestr("b.xyz", text(points, grey))
+        (tmp_path / "a.ptx").unlink()
+    if path != plain:
+        path.write_bytes(gzip.compress(plain.read_bytes()))
+        plain.unlink()
+    if kind != "zip":  # archives beside other files are not looked into
+        write(tmp_path / "z.ply", 100)
+    for name in ("pieces.ROWS", "las.CHUNK", "e57.CHUNK"):
+        monkeypatch.setattr(f"mvreg.io.{name}", 700)
+    monkeypatch.setattr("mvreg.io.pieces.BYTES", 10_000)
+    monkeypatch.setattr("mvreg.io.compressed_pieces.WORTH", 0)
+    asked = []
+    real = StoredPoints.__call__
+    monkeypatch.setattr(StoredPoints, "__call__", lambda one: asked.append(one) or real(one))
+    pieces = folder(tmp_path, 300)
+    monkeypatch.setattr("mvreg.datasets.folder_scans.open_pieces", refuse)
+    whole = folder(tmp_path, 300)
+    assert pieces.remarks == whole.remarks
+    assert pieces.sources == whole.sources
+    names = [scan.name for scan in pieces.scans]
+    assert names == [scan.name for scan in whole.scans]
+    assert len(names) == {"e57": 4, "ptx": 3, "pts": 3, "zip": 3}.get(kind, 2)
+    for a, b in zip(pieces.scans, whole.scans, strict=True):
+        np.testing.assert_array_equal(a.points, b.points)
+        np.testing.assert_array_equal(a.view_point, b.view_point)
+        np.testing.assert_array_equal(a.initial, b.initial)
+        assert (a.full is None) == (b.full is None)
+        assert list(a.attributes) == list(b.attributes)
+        if a.full is None:
+            continue
+        assert (a.full.count, dict(a.full.kinds)) == (b.full.count, dict(b.full.kinds))
+        points, attributes = b.full()
+        assert len(asked) == 1
+        parts = [*a.full.pieces()]
+        # A single point at 0, 0, 0 counts, but where it means a cell without a return.
+        assert (len(parts) > 1) == (zeros != 1 or ".ptx" in a.name)
+        assert len(asked) == 1 + (len(parts) == 1)
+        asked.clear()
+        np.testing.assert_array_equal(np.concatenate([p for p, _ in parts]), points)
+        for key, values in attributes.items():
+            found = np.concatenate([more[key] for _, more in parts])
+            np.testing.assert_array_equal(found, values)
+
+
+def test_that_a_part_of_a_compressed_scan_takes_a_part_of_its_memory(tmp_path, monkeypatch):
+    """LAZ is not counted by tracemalloc where lazrs works, but all that we make of it is."""
+    monkeypatch.setattr("mvreg.io.las.CHUNK", 10_000)
+    peaks = []
+    for count in (200_000, 400_000):
+        points = RNG.normal(size=(count, 3))
+        write_las_clouds(tmp_path / "a.laz", [PointCloud(points)], {})
+        write(tmp_path / "b.ply", 2000)
+        tracemalloc.start()
+        scans = folder(tmp_path, 20_000)
+        write_model(tmp_path / "out/model.ply", scans, {"a.laz": np.eye(4)})
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+        assert scans.scans[0].full.count == count
+    assert peaks[1] < 1.1 * peaks[0]
+    assert peaks[1] < 24 * 400_000
 
 
 @pytest.mark.parametrize("name", ["a.ply", "a.pcd", "text.pcd", "a.xyz"])
@@ -77,7 +178,7 @@ def test_that_pieces_give_the_points_that_the_whole_file_gives(tmp_path, monkeyp
     monkeypatch.setattr("mvreg.io.pieces.BYTES", 10_000)
     monkeypatch.setattr("mvreg.io.pieces.ROWS", 700)
     pieces = folder(tmp_path, 300)
-    monkeypatch.setattr("mvreg.datasets.folder_scans.open_pieces", lambda *_: None)
+    monkeypatch.setattr("mvreg.datasets.folder_scans.open_pieces", refuse)
     whole = folder(tmp_path, 300)
     assert pieces.remarks == whole.remarks
     for a, b in zip(pieces.scans, whole.scans, strict=True):

@@ -11,7 +11,7 @@ from writer_variants import ALL, POINTS, Variant
 
 from experiments.fuzz.files import damaged, good_files
 from mvreg.errors import InputError
-from mvreg.io import NotInPiecesError, open_pieces, read_cloud
+from mvreg.io import NotInPiecesError, Pieces, open_pieces, read_cloud
 from mvreg.io.columns import attributes_of, telling_rows
 
 #: Less than the files here, and more than the rows that tell how a text is laid out.
@@ -27,10 +27,14 @@ def small_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("mvreg.io.points.with_points_on_triangles", lambda cloud: cloud)
 
 
+def only(path: Path) -> Pieces:
+    """The only scan of a file."""
+    return next(open_pieces(path))
+
+
 def check(path: Path) -> int:
     """Compare the pieces of a file with the whole; how many there are."""
-    whole, pieces = read_cloud(path), open_pieces(path)
-    assert pieces is not None
+    whole, pieces = read_cloud(path), only(path)
     parts = [cloud.points for cloud in pieces.clouds]
     points = np.concatenate(parts)
     clouds = [*pieces.again()]
@@ -136,8 +140,7 @@ BINARY = POINTS.astype("<f4").tobytes()
 def test_damage_is_told_by_the_whole(tmp_path: Path, name: str, content: str, message: str) -> None:
     (tmp_path / name).write_text(content)
     with pytest.raises((NotInPiecesError, InputError)):
-        pieces = open_pieces(tmp_path / name)
-        assert pieces is not None
+        pieces = only(tmp_path / name)
         for _ in pieces.clouds:
             pass
     with pytest.raises(InputError, match=message):
@@ -150,8 +153,7 @@ def test_bytes_too_few_or_too_many(tmp_path: Path, more: int) -> None:
     body = (BINARY + bytes(500))[: len(BINARY) + more]
     for name, start in (("a.ply", head), ("a.pcd", PCD.format(300, "binary"))):
         (tmp_path / name).write_bytes(start.encode() + body)
-        pieces = open_pieces(tmp_path / name)
-        assert pieces is not None
+        pieces = only(tmp_path / name)
         with pytest.raises(NotInPiecesError):
             next(pieces.clouds)
 
@@ -167,13 +169,13 @@ def test_bytes_too_few_or_too_many(tmp_path: Path, more: int) -> None:
 )  # fmt: skip
 def test_what_cannot_be_read_in_pieces(tmp_path: Path, name: str, content: str) -> None:
     (tmp_path / name).write_text(content)
-    assert open_pieces(tmp_path / name) is None
+    with pytest.raises(NotInPiecesError):
+        only(tmp_path / name)
 
 
 def test_poses_are_no_points_in_pieces_either(tmp_path: Path) -> None:
     (tmp_path / "a.txt").write_text("1 1 2 3 0 0 0 1\n" * 1000)
-    pieces = open_pieces(tmp_path / "a.txt")
-    assert pieces is not None
+    pieces = only(tmp_path / "a.txt")
     with pytest.raises(NotInPiecesError):
         list(pieces.clouds)
     with pytest.raises(InputError, match="poses with quaternions"):
@@ -197,9 +199,7 @@ def test_damaged_files_come_in_pieces_only_if_the_whole_is_the_same(
     for _ in range(400):
         path.write_bytes(damaged(good, rng))
         try:
-            pieces = open_pieces(path)
-            if pieces is None:
-                continue
+            pieces = only(path)
             parts = [np.empty((0, 3)), *(cloud.points for cloud in pieces.clouds)]
         except (NotInPiecesError, InputError):
             continue

@@ -42,6 +42,9 @@ class Full:
     def __call__(self):
         return self.points, {"intensity": np.arange(10, dtype=np.float32)}
 
+    def pieces(self):
+        yield self()
+
 
 def test_the_model():
     normals = unit(4)
