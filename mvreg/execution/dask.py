@@ -193,7 +193,8 @@ class Session:
         named = {k: self.read_there(views[k], store) for i in away for k in tasks[i].members}
         stages = pipeline.without_surroundings()
         futures: dict[int, Any] = {}
-        for first, last in pairwise(self.cuts(len(away))):
+        workers = len(self.client.scheduler_info()["workers"])
+        for first, last in pairwise(cuts(len(away), workers)):
             part = away[first:last]
             tile = [(keys[i], tasks[i], [named[k] for k in tasks[i].members]) for i in part]
             name = f"{type(tasks[part[0]]).__name__.lower()}-{digest(*(keys[i] for i in part))}"
@@ -201,18 +202,18 @@ class Session:
             futures |= dict.fromkeys(part, future)
         return futures
 
-    def cuts(self, count: int) -> list[int]:
-        """Where the tiles of so many tasks begin, and where the last one ends."""
-        workers = max(1, len(self.client.scheduler_info()["workers"]))
-        size = min(MOST_IN_A_TILE, max(1, count // (TILES_PER_WORKER * workers)))
-        return [*range(0, count, size), count] if count else []
-
     def read_there(self, view: View, store: FolderStore) -> str:
         """The key of a view's entry, which is written if need be."""
         key = digest(versions(), "view", view)
         if not store.has(key):
             store.keep(key, view)
         return key
+
+
+def cuts(count: int, workers: int) -> list[int]:
+    """Where the tiles of so many tasks begin, and where the last one ends."""
+    size = min(MOST_IN_A_TILE, max(1, count // (TILES_PER_WORKER * max(1, workers))))
+    return [*range(0, count, size), count] if count else []
 
 
 def finished(future: Any, store: FolderStore) -> None:
