@@ -1,121 +1,168 @@
 """Read damaged files of every format, many more than the tests do.
 
-    python -m experiments.fuzz.readers --files 1000000
+    nice -n 19 python -m experiments.fuzz.readers --files 1000000
+    nice -n 19 python -m experiments.fuzz.readers --files 1000000 --minutes 15
 
-Each file is read in a worker process with a time limit. What is wrong is printed, with the name of
-the good file and the seed that makes the damaged one again: an exception other than `InputError`,
-a warning, a worker that dies or hangs.
+Each file is read whole and in pieces, in a worker process that may take ten seconds of the
+processor and ten times the file, and a floor, of memory. How far the job has come is kept: the same
+command goes on where it was cut short, until the code changes. At the end a table by format, and
+what is wrong with the name of the good file and the seed that makes the damaged one again: an
+exception other than `InputError`, a warning, other points in pieces, a worker that dies or hangs.
+These files are not kept.
 """
 
 from __future__ import annotations
 
 import argparse
 import multiprocessing
-import resource
 import sys
 import tempfile
 import time
-import traceback
-import warnings
-from collections import Counter
+from collections.abc import Iterator
 from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnProcess
 from pathlib import Path
 
-import numpy as np
+import psutil
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from experiments.fuzz.files import damaged, good_files
-from mvreg.errors import InputError
-from mvreg.io import read_clouds
+from experiments.fuzz.files import good_files
+from experiments.fuzz.tally import Tally
+from experiments.fuzz.worker import FINE, work
+from mvreg.store.content import versions
 
-#: Files per message to a worker, and seconds that one file may take.
-BATCH, LIMIT = 100, 10.0
-#: Of a worker, in bytes: the libraries and ten times any file here are far below it.
-MEMORY = 8 << 30
+#: Files per message to a worker.
+BATCH = 100
+#: Seconds of the processor that one file may take, and seconds in all, on a machine that is busy.
+LIMIT, LONGEST = 10.0, 120.0
+#: Seconds until a worker is ready.
+START = 300.0
 
 
-def outcome(path: Path) -> str:
-    """What reading a file comes to: "points", "refused", or what is wrong."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+class Reader:
+    """A worker process, started anew where one has died or hung."""
+
+    def __init__(self) -> None:
+        self.process: SpawnProcess | None = None
+        self.pipe: Connection | None = None
+
+    def read(self, name: str, seeds: range) -> Iterator[tuple[int, str]]:
+        """What each file comes to."""
+        while seeds:
+            pipe = self.ready()
+            pipe.send((name, seeds))
+            at = seeds[0]
+            while seeds:
+                found = self.answer(at)
+                if found is None:
+                    continue
+                at, what = found
+                if what:
+                    yield at, what
+                    seeds = range(at + 1, seeds.stop)
+                if self.pipe is None:
+                    break
+
+    def answer(self, at: int) -> tuple[int, str] | None:
+        """The next message; that the worker died or hung at a seed."""
+        assert self.pipe is not None and self.process is not None
         try:
-            clouds = read_clouds(path)
-        except InputError as error:
-            return "refused" if str(path) in str(error) else f"error without file: {error}"
-        except Exception:
-            last = traceback.extract_tb(sys.exc_info()[2])[-1]
-            return f"{sys.exc_info()[1]!r} in {Path(last.filename).name}:{last.lineno}"
-    good = all(len(cloud.points) and np.isfinite(cloud.points).all() for cloud in clouds)
-    return "points" if clouds and good else "no points, or not finite ones"
+            spent, began = self.spent(), time.monotonic()
+            while not self.pipe.poll(1.0):
+                if self.spent() - spent > LIMIT or time.monotonic() - began > LONGEST:
+                    self.stop()
+                    return at, "hangs"
+            seed, what = self.pipe.recv()
+            return int(seed), str(what)
+        except (EOFError, OSError, psutil.NoSuchProcess):
+            self.stop()
+            return at, "the process died"
+
+    def spent(self) -> float:
+        """Seconds of the processor that the worker has taken."""
+        assert self.process is not None
+        times = psutil.Process(self.process.pid).cpu_times()
+        return float(times.user + times.system)
+
+    def ready(self) -> Connection:
+        """The way to a worker that has loaded all that it needs."""
+        if self.pipe is None:
+            spawn = multiprocessing.get_context("spawn")
+            self.pipe, other = spawn.Pipe()
+            self.process = spawn.Process(target=work, args=(other,), daemon=True)
+            self.process.start()
+            other.close()
+            if not self.pipe.poll(START):
+                raise SystemExit("a worker does not start")
+            self.pipe.recv()
+        return self.pipe
+
+    def stop(self) -> None:
+        """End the worker."""
+        if self.process is not None:
+            self.process.kill()
+            self.process.join()
+        self.process = self.pipe = None
 
 
-def work(pipe: Connection) -> None:
-    """Read the files of (name, seeds), and answer (seed, outcome) before and after each."""
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
-    with tempfile.TemporaryDirectory() as folder:
-        good = good_files(Path(folder))
-        while (job := pipe.recv()) is not None:
-            name, seeds = job
-            path = Path(folder) / f"damaged-{name}"
-            for seed in seeds:
-                path.write_bytes(damaged(good[name], np.random.default_rng(seed)))
-                pipe.send((seed, ""))
-                pipe.send((seed, outcome(path)))
+def batches(names: list[str], tally: Tally, each: int) -> Iterator[tuple[str, range]]:
+    """What is still to be read of so many files of each name, in turn."""
+    for start in range(0, each, BATCH):
+        for name in names:
+            seeds = range(max(start, tally.next.get(name, 0)), min(start + BATCH, each))
+            if seeds:
+                yield name, seeds
 
 
-def batch(pipe: Connection, name: str, seeds: range, counts: Counter[str]) -> int | None:
-    """Have some files read; the seed at which the worker died or hung, or None."""
-    pipe.send((name, seeds))
-    at, left = seeds[0], len(seeds)
-    while left:
+def run(tally: Tally, names: list[str], each: int, minutes: float, console: Console) -> bool:
+    """Read what is left, for so long at most; whether all has been read."""
+    reader, before, began = Reader(), tally.seconds, time.monotonic()
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(),
+               TimeRemainingColumn(), TextColumn("{task.fields[wrong]} wrong"))  # fmt: skip
+    with Progress(*columns, console=console, speed_estimate_period=600) as bar:
+        total = each * len(names)
+        left = sum(max(0, each - tally.next.get(name, 0)) for name in names)
+        task = bar.add_task("", total=total, completed=total - left, wrong=len(tally.wrong))
         try:
-            if not pipe.poll(LIMIT):
-                print(f"{name}, seed {at}: hangs", flush=True)
-                return at
-            at, found = pipe.recv()
-        except EOFError:
-            print(f"{name}, seed {at}: the process died", flush=True)
-            return at
-        if found:
-            left -= 1
-            counts[found if found in ("points", "refused") else "wrong"] += 1
-            if found not in ("points", "refused"):
-                print(f"{name}, seed {at}: {found}", flush=True)
-    return None
+            for name, seeds in batches(names, tally, each):
+                if time.monotonic() - began > 60 * minutes:
+                    return False
+                bar.update(task, description=name)
+                for seed, found in reader.read(name, seeds):
+                    tally.add(name, seed, found, FINE)
+                    if found not in FINE:
+                        console.print(f"{name}, seed {seed}: {found}", markup=False)
+                    bar.update(task, advance=1, wrong=len(tally.wrong))
+                tally.seconds = before + time.monotonic() - began
+                tally.save()
+        finally:
+            reader.stop()
+    return True
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--files", type=int, default=100_000)
-    parser.add_argument("--first", type=int, default=0, help="the first seed")
+def main(arguments: list[str] | None = None) -> int:
+    """Go on with the job that the command line names."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--files", type=int, default=100_000, help="in all")
     parser.add_argument("--only", default="", help="names of good files that contain this")
-    asked = parser.parse_args()
+    parser.add_argument("--minutes", type=float, default=float("inf"), help="for so long at most")
+    parser.add_argument("--folder", type=Path, default=Path("runs/fuzz"), help="where it is kept")
+    asked = parser.parse_args(arguments)
     with tempfile.TemporaryDirectory() as folder:
         names = [name for name in good_files(Path(folder)) if asked.only in name]
-    spawn = multiprocessing.get_context("spawn")
-    counts: Counter[str] = Counter()
-    began, worker, pipe = time.time(), None, None
-    for start in range(asked.first, asked.first + asked.files // len(names), BATCH):
-        for name in names:
-            seeds = range(start, start + BATCH)
-            while seeds:
-                if worker is None or pipe is None:
-                    pipe, other = spawn.Pipe()
-                    worker = spawn.Process(target=work, args=(other,), daemon=True)
-                    worker.start()
-                    other.close()
-                stopped = batch(pipe, name, seeds, counts)
-                if stopped is None:
-                    break
-                counts["wrong"] += 1
-                worker.kill()
-                worker, pipe = None, None
-                seeds = range(stopped + 1, seeds[-1] + 1)
-    if pipe is not None:
-        pipe.send(None)
-    total = sum(counts.values())
-    print(f"{total:,} files in {time.time() - began:.0f} s: {dict(counts)}")
-    sys.exit(1 if counts["wrong"] else 0)
+    if not names:
+        parser.error(f"--only {asked.only}: there is no such file")
+    tally = Tally.of(asked.folder / f"readers_{versions()[:12]}.json")
+    console = Console()
+    finished = run(tally, names, -(-asked.files // len(names)), asked.minutes, console)
+    console.print(tally.table(FINE))
+    for name, seed, what in tally.wrong:
+        console.print(f"{name}, seed {seed}: {what}", markup=False)
+    rest = "all of them" if finished else "cut short; the same command goes on"
+    console.print(f"{tally.files:,} files in {tally.seconds:.0f} s, {rest}")
+    return 1 if tally.wrong else 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())
