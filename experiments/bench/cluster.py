@@ -14,10 +14,11 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 
 from experiments.bench.replay import client_seconds, growth, replayed, with_client
-from experiments.bench.simulated import SCHEDULER, Cluster, simulated
+from experiments.bench.simulated import ALONE, SCHEDULER, WORKERS, Cluster, simulated
 from experiments.bench.trace import Trace, kept
 from mvreg.report.comparison.formats import markdown
 
@@ -27,8 +28,8 @@ PARTS = {
     "scores": "overlap scores",
     "choose": "attempts chosen, pairs that agree joined",
     "keys": "attempts hashed, views written for the workers",
-    "attempts in workers": "waiting for the workers",
-    "single attempts": "rounds of one attempt, which the client makes itself",
+    WORKERS: "waiting for the workers",
+    ALONE: "rounds of one attempt, which the client makes itself",
     "answers": "answers read from the store",
     "learn": "partial models joined",
     "withdraw": "scans withdrawn, evidence of all",
@@ -89,8 +90,12 @@ def page(traces: Sequence[Trace], scans: int, workers: int, scheduler: float) ->
             verdict(f"{workers} workers", found, alone, workers),
             verdict("and a scheduler that takes no time", free, alone, workers),
             verdict("and scans prepared by workers", better, alone, workers),
+            spread(better, alone, workers, client["scores"] + client["adjust"]),
             *without(found, alone, workers),
         ]),
+        "",
+        *markdown(("attempts in a round", "rounds", "attempts", "s", "efficiency in them"),
+                  by_size(found)),
         "",
         f"The workers work for {found.worked:.0f} s, evenly {found.worked / workers:.0f} s each.",
     ]  # fmt: skip
@@ -112,12 +117,36 @@ def verdict(what: str, found: Cluster, alone: Cluster, workers: int) -> list[str
     return [what, *_figures(found.clock, alone.clock, workers)]
 
 
+def spread(found: Cluster, alone: Cluster, workers: int, seconds: float) -> list[str]:
+    """As if so many of the client's seconds were the workers', evenly."""
+    clock = found.clock - seconds * (1 - 1 / workers)
+    what = "and scores and joint refinement divided evenly among workers, too"
+    return [what, *_figures(clock, alone.clock, workers)]
+
+
+def by_size(found: Cluster) -> list[list[str]]:
+    """Large rounds and small ones: how many, what they took, and how much of the workers."""
+    rows = []
+    limits = (0, 1, found.workers - 1, 4 * found.workers - 1, float("inf"))
+    for low, high in pairwise(limits):
+        some = [one for one in found.rounds if low < one[0] <= high]
+        if not some:
+            continue
+        attempts, spent, worked = (sum(column) for column in zip(*some, strict=True))
+        size = f"{low + 1:g} to {high:g}" if high < float("inf") else f"more than {low:g}"
+        rows.append([
+            "1" if high == 1 else size, str(len(some)), f"{attempts:,}", f"{spent:.0f}",
+            f"{worked / max(spent, 1e-9) / found.workers:.2f}",
+        ])  # fmt: skip
+    return rows
+
+
 def without(found: Cluster, alone: Cluster, workers: int) -> list[list[str]]:
     """As if the client's parts took no time, the longest first, until six tenths are reached."""
     rows, clock, single = [], found.clock, alone.clock
     parts = sorted(found.path.items(), key=lambda one: -one[1])
     for part, seconds in parts:
-        if part == "attempts in workers":
+        if part == WORKERS:
             continue
         clock, single = clock - seconds, single - seconds
         rows.append([f"and without: {PARTS[part]}", *_figures(clock, single, workers)])

@@ -13,7 +13,7 @@ from mvreg.execution.dask import cuts
 #: Seconds that the scheduler takes for each tile.
 SCHEDULER = 1e-3
 #: What the client waits for, beside its own parts.
-WORKERS = "attempts in workers"
+WORKERS, ALONE = "attempts in workers", "single attempts"
 
 
 @dataclass
@@ -35,6 +35,8 @@ class Cluster:
         client is never idle otherwise, so that the sum is `clock`.
     worked : float
         Seconds that the workers worked, in all.
+    rounds : list of (int, float, float)
+        Of each round its attempts, how long it took, and how long these took by themselves.
     """
 
     workers: int
@@ -44,6 +46,7 @@ class Cluster:
     clock: float = 0.0
     path: dict[str, float] = field(default_factory=dict)
     worked: float = 0.0
+    rounds: list[tuple[int, float, float]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.views = [0.0] * self.workers  # that each has read, as is to be expected
@@ -59,11 +62,12 @@ class Cluster:
 
     def round(self, one: Round) -> None:
         """One round of attempts; the client learns of each, in order, once its tile is there."""
-        count = len(one.tasks)
+        count, began, worked = len(one.tasks), self.clock, self.worked
         self.spend("choose", one.choose)
         self.spend("keys", one.keys)
         if count == 1:  # not worth sending
-            self.spend("single attempts", one.tasks[0][0])
+            self.spend(ALONE, one.tasks[0][0])
+            worked -= one.tasks[0][0]
             ends = [self.clock]
         else:
             ends = self.tiles(one.tasks)
@@ -71,6 +75,7 @@ class Cluster:
             self.wait(end)
             self.spend("answers", one.answers / count)
             self.spend("learn", one.learn / count)
+        self.rounds.append((count, self.clock - began, self.worked - worked))
 
     def tiles(self, tasks: Sequence[tuple[float, int]]) -> list[float]:
         """When each task's tile is done; a tile goes to the first worker that is free."""

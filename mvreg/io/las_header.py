@@ -7,12 +7,17 @@ than a line in a log, and lazrs 0.8 asks for whatever memory a damaged one tells
 from __future__ import annotations
 
 import struct
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from mvreg.errors import InputError
+
+#: LAZ's compressor that keeps layers, the layers of its items by kind, and the kind of which each
+#: byte is a layer.
+LAYERED, LAYERS, BYTES = 3, {10: 9, 11: 1, 12: 2, 13: 1}, 14
 
 
 def check_header(path: Path) -> int:
@@ -88,9 +93,10 @@ def _room_in_chunks(stream: Any, start: int, size: int, length: int, path: Path)
     if at < 0 or len(before) < at + 54 + 16:
         raise InputError(f"{path}: expected the record 'laszip encoded' before the points")
     (record,) = struct.unpack_from("<H", before, at + 20)
+    vlr = before[at + 54 : at + 54 + record]
     stream.seek(start)
     try:
-        read = lazrs.read_chunk_table(stream, lazrs.LazVlr(before[at + 54 : at + 54 + record]))
+        read = lazrs.read_chunk_table(stream, lazrs.LazVlr(vlr))
     except Exception as error:  # a compiled library raises as it pleases
         raise InputError(f"{path}: not a readable LAZ file: {error}") from error
     in_chunks = sum(size for _, size in read)
@@ -100,4 +106,33 @@ def _room_in_chunks(stream: Any, start: int, size: int, length: int, path: Path)
             f"{path}, byte {table}: the table tells of chunks of {in_chunks} bytes and up to "
             f"{most} points, found {table - start - 8} bytes before it; the file is damaged"
         )
+    _check_layers(stream, vlr, start + 8, [size for _, size in read], length, path)
     return sum(points for points, _ in read)
+
+
+def _check_layers(
+    stream: Any, vlr: bytes, start: int, sizes: Sequence[int], length: int, path: Path
+) -> None:
+    """Hold the layers of each chunk against its size, for which lazrs asks for memory unseen.
+
+    In point formats from 6 on, a chunk begins with a whole point and the number of points, and then
+    the sizes of the layers that follow.
+    """
+    compressor, items = struct.unpack_from("<H30xH", vlr.ljust(34, b"\0"))
+    if compressor != LAYERED:
+        return
+    layers = 0
+    table = vlr[34 : 34 + 6 * items]
+    for kind, size, _ in struct.iter_unpack("<3H", table[: len(table) // 6 * 6]):
+        layers += size if kind == BYTES else LAYERS.get(kind, 0)
+    head = length + 4 + 4 * layers
+    for number, size in enumerate(sizes, start=1):
+        stream.seek(start + length + 4)
+        told = stream.read(4 * layers)
+        inside = sum(struct.unpack(f"<{len(told) // 4}I", told[: len(told) // 4 * 4]))
+        if head + inside > size:
+            raise InputError(
+                f"{path}, byte {start}: chunk {number} tells of layers of {inside} bytes, found "
+                f"{max(0, size - head)}; the file is damaged"
+            )
+        start += size

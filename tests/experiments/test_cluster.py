@@ -17,7 +17,7 @@ from experiments.bench.replay import (
     replayed,
     with_client,
 )
-from experiments.bench.simulated import WORKERS, Cluster, simulated
+from experiments.bench.simulated import ALONE, WORKERS, Cluster, simulated
 from experiments.bench.trace import Round, Trace, kept
 from mvreg.store.content import versions
 
@@ -54,7 +54,10 @@ def test_the_parts_of_the_path_are_all_of_it() -> None:
     assert sum(found.path.values()) == pytest.approx(found.clock)
     assert found.path["choose"] == pytest.approx(0.875)
     assert found.path["answers"] == pytest.approx(0.875)
-    assert found.path["single attempts"] == 3.0
+    assert found.path[ALONE] == 3.0
+    assert [count for count, _, _ in found.rounds] == [5, 1, 2]
+    assert found.rounds[1][1:] == (4.0, 3.0)
+    assert sum(spent for _, spent, _ in found.rounds) == pytest.approx(found.clock - 8.0)
     assert all(found.path[part] == 2.0 for part in client)
 
 
@@ -111,6 +114,7 @@ def test_the_rounds_of_more_scans() -> None:
 def test_the_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     text = command.page([trace(16, 1e-3), trace(32, 1e-3)], 256, 8, 1e-3)
     assert "8 rounds, 255 attempts." in text
+    assert "| more than 31 |" in text and "| 1 to 7 |" not in text
     assert "| 8 workers |" in text and "| waiting for the workers |" in text
     again = command.page([trace(16, 1e-3), trace(32, 1e-3)], 256, 8, 1e-3)
     assert again == text

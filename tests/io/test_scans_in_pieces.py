@@ -96,6 +96,29 @@ def test_withheld_points(tmp_path: Path) -> None:
         read_clouds(tmp_path / "b.las")
 
 
+def test_layers_larger_than_their_chunk(tmp_path: Path) -> None:
+    """Refused before lazrs asks for as much memory."""
+    content = bytearray(good_files(tmp_path)["new.laz"])
+    start = int.from_bytes(content[96:100], "little")
+    length = int.from_bytes(content[105:107], "little")
+    first = start + 8 + length + 4
+    content[first + 3] = 16  # of the first layer, 256 MB
+    (tmp_path / "a.laz").write_bytes(content)
+    with pytest.raises(InputError, match=r"chunk 1 tells of layers of 2684\d+ bytes"):
+        read_clouds(tmp_path / "a.laz")
+
+
+@pytest.mark.parametrize("kind", [0, 1, 2, 3, 6, 7, 8])
+def test_layers_of_every_point_format(tmp_path: Path, kind: int) -> None:
+    laspy = need("laspy")
+    header = laspy.LasHeader(point_format=kind, version="1.4" if kind > 5 else "1.3")
+    header.add_extra_dim(laspy.ExtraBytesParams("amplitude", "3f4"))
+    data = laspy.LasData(header)
+    data.x, data.y, data.z = np.tile(POINTS, (200, 1)).T  # more than a chunk
+    data.write(tmp_path / "a.laz")
+    assert len(read_clouds(tmp_path / "a.laz")[0].points) == 200 * len(POINTS)
+
+
 def e57(path: Path, scans: dict[str, dict[str, object]]) -> None:
     pye57 = need("pye57")
     with pye57.E57(str(path), "w") as file:
