@@ -19,6 +19,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -48,23 +49,62 @@ def main() -> None:
     if chosen.one:
         print(json.dumps(measured(chosen.one)))
         return
-    chosen.folder.mkdir(parents=True, exist_ok=True)
-    rows = [row(case, chosen.folder) for case in chosen.cases]
-    cells = [[str(one.get(name, "")) for name in COLUMNS] for one in rows]
-    print("\n".join(markdown(COLUMNS, cells)))
+    print("\n".join(table(chosen.cases, chosen.folder)))
 
 
-def row(case: str, folder: Path) -> dict[str, Any]:
-    """What a case has measured, now or before."""
+def table(
+    cases: Sequence[str],
+    folder: Path,
+    limit: float | None = None,
+    say: Callable[[str], None] = lambda text: None,
+) -> list[str]:
+    """What the cases have measured, now or before, as lines of Markdown.
+
+    Parameters
+    ----------
+    cases : sequence of str
+        As in `CASES`: ``column-300-dask2``.
+    folder : Path
+        Where each is kept as soon as it is measured.
+    limit : float, optional
+        Seconds that one may take; what took longer is told, and measured again with a longer one.
+    say : callable
+        Is told of each.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    rows = []
+    for case in cases:
+        one, before = row(case, folder, limit)
+        rows.append(one)
+        say(f"many {case}: {'kept from before' if before else one.get('seconds', 'failed')}")
+    return markdown(COLUMNS, [[str(one.get(name, "")) for name in COLUMNS] for one in rows])
+
+
+def row(case: str, folder: Path, limit: float | None = None) -> tuple[dict[str, Any], bool]:
+    """What a case has measured, and whether that was before."""
     file = folder / f"{case}_{versions()[:12]}.json"
-    if not file.exists():
-        done = subprocess.run(
-            [sys.executable, "-m", "experiments.bench.many", "--one", case],
-            check=True, stdout=subprocess.PIPE, text=True,
-        )  # fmt: skip
-        file.write_text(done.stdout.splitlines()[-1])
-    found: dict[str, Any] = json.loads(file.read_text())
-    return found
+    if file.exists():
+        found: dict[str, Any] = json.loads(file.read_text())
+        return found, True
+    command = [sys.executable, "-m", "experiments.bench.many", "--one", case]
+    # A session of its own: its workers end with it.
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, text=True, start_new_session=True
+    ) as child:
+        try:
+            printed, _ = child.communicate(timeout=limit)
+        except subprocess.TimeoutExpired:
+            os.killpg(child.pid, signal.SIGKILL)
+            return {"case": case, "seconds": f"longer than {limit:g} s"}, False
+        except BaseException:
+            os.killpg(child.pid, signal.SIGKILL)
+            raise
+    if child.returncode:
+        return {"case": case, "placed": f"failed, {child.returncode}"}, False
+    part = file.with_suffix(".part")
+    part.write_text(printed.splitlines()[-1])
+    part.replace(file)
+    return json.loads(file.read_text()), False
 
 
 def measured(case: str) -> dict[str, Any]:

@@ -3,6 +3,7 @@
     python -m experiments.bench.run                           # everything
     python -m experiments.bench.run methods start --rounds 5  # times on real scans; whole commands
     python -m experiments.bench.run scans --sizes 10 20 40    # growth with the number of scans
+    python -m experiments.bench.run many --cases column-300   # many scans, workers
 
 One process runs after another and in turn, so that no method always goes first. What is finished
 is on disk at once: the same command goes on where it was cut short, as long as the code is the
@@ -20,12 +21,16 @@ from pathlib import Path
 
 from rich.console import Console
 
+from experiments.bench.many import CASES, table
 from experiments.bench.plan import DATASETS, OWN, PARTS, PEERS, Case, Options, plan
 from experiments.bench.process import Measured, kept_scans, measure
 from experiments.bench.records import TOO_LONG, Context, Record, context, done, load, same, save
 from experiments.bench.show import show
 
 ROOT = Path(__file__).resolve().parents[2] / "runs" / "bench"
+#: Many scans, each case of which is kept in a file of its own.
+MANY = "many"
+ALL = (*PARTS, MANY)
 #: A child process may take so long (s).
 LIMIT = 1800.0
 
@@ -94,7 +99,7 @@ def parser() -> argparse.ArgumentParser:
     )
     usual = Options()
     add = words.add_argument
-    add("parts", nargs="*", metavar="part", help=f"of {', '.join(PARTS)}; all if none is named")
+    add("parts", nargs="*", metavar="part", help=f"of {', '.join(ALL)}; all if none is named")
     add(
         "--only",
         nargs="+",
@@ -116,6 +121,7 @@ def parser() -> argparse.ArgumentParser:
     add("--points", nargs="+", type=int, default=usual.points, help="numbers of points per scan")
     add("--scan-points", type=int, default=usual.scan_points, help="points per scan in scans")
     add("--scan-count", type=int, default=usual.scan_count, help="number of scans in points")
+    add("--cases", nargs="+", default=CASES, help="of many, such as column-300-dask2")
     add("--shuffle", action="store_true", help="methods on scans in random order, moved at random")
     add("--limit", type=float, default=LIMIT, help="seconds that one process may take")
     add("--file", type=Path, default=ROOT / "bench.json", help="where every run is kept")
@@ -127,15 +133,21 @@ def main(arguments: list[str] | None = None) -> int:
     """Measure, keep, print."""
     words = parser()
     chosen = words.parse_args(arguments)
-    parts = tuple(chosen.parts or PARTS)
-    if wrong := set(parts) - set(PARTS):
-        words.error(f"no part {', '.join(sorted(wrong))}; there are: {', '.join(PARTS)}")
+    asked = tuple(chosen.parts or ALL)
+    if wrong := set(asked) - set(ALL):
+        words.error(f"no part {', '.join(sorted(wrong))}; there are: {', '.join(ALL)}")
+    parts = tuple(part for part in asked if part != MANY)
     given = {f.name: getattr(chosen, f.name) for f in fields(Options) if hasattr(chosen, f.name)}
     options = replace(Options(), **{**given, "parts": parts, "scans": chosen.file.parent / "scans"})
     console = Console(width=None if sys.stdout.isatty() else 160)
     bench = Bench(chosen.file, chosen.limit, console, chosen.again)
     bench.run(plan(options))
-    show(bench.records, parts, console)
+    if parts:
+        show(bench.records, parts, console)
+    if MANY in asked:
+        place = chosen.file.parent / MANY
+        for line in table(chosen.cases, place, chosen.limit, console.print):
+            console.print(line, markup=False, highlight=False, soft_wrap=True)
     return 0
 
 

@@ -17,6 +17,7 @@ from experiments.bench.replay import (
     replayed,
     with_client,
 )
+from experiments.bench.run import main as bench
 from experiments.bench.simulated import ALONE, WORKERS, Cluster, simulated
 from experiments.bench.trace import Round, Trace, kept
 from mvreg.store.content import versions
@@ -132,3 +133,16 @@ def test_a_measured_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
     changed = json.loads(file.read_text()) | {"placed": 77}
     file.write_text(json.dumps(changed))
     assert kept(5, tmp_path).placed == 77  # not measured again
+
+
+def test_many_scans_are_measured_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["many", "--cases", "around-3", "--file", str(tmp_path / "bench.json")]
+    assert bench(words) == 0
+    assert "| around-3 | 3 of 3 | 0 |" in capsys.readouterr().out
+    assert bench(words) == 0
+    assert "many around-3: kept from before" in capsys.readouterr().out
+    assert bench([*words[:2], "around-4", *words[3:], "--limit", "0.01"]) == 0
+    assert "longer than 0.01 s" in capsys.readouterr().out
+    assert len([*(tmp_path / "many").iterdir()]) == 1
+    assert bench([*words[:2], "around-nothing", *words[3:]]) == 0
+    assert "failed, 1" in capsys.readouterr().out
