@@ -35,6 +35,7 @@ KEPT = (
     ("How far the truth can be trusted", FLOOR),
     ("Large scans", "large.md"),
     ("Many scans", "many.md"),
+    ("A cluster, simulated", "cluster.md"),
 )
 
 LEGEND = """\
