@@ -26,8 +26,8 @@ from mvreg.pipeline import NOTHING_KEPT, THREADS, Pipeline
 from mvreg.plugins import manager
 from mvreg.stage_calls import checked
 from mvreg.store.folder import Store, open_store
-from mvreg.types import Array, Result, Scan, ScanSet, View
-from mvreg.types.scan import as_scans
+from mvreg.types import Result, Scan, Scans, ScanSet, View
+from mvreg.types.given import as_scans
 
 if TYPE_CHECKING:
     from omegaconf import DictConfig
@@ -195,7 +195,7 @@ def load_scans(config: DictConfig, rng: int) -> ScanSet:
 
 
 def register(
-    scans: Sequence[Scan | Array] | ScanSet,
+    scans: Scans,
     method: str | Method = "auto",
     rng: int = 0,
     changes: Mapping[str, object] | None = None,
@@ -207,8 +207,9 @@ def register(
 
     Parameters
     ----------
-    scans : ScanSet, or sequence of Scan or of (N, 3) arrays
-        At least two, in any order, each in a frame of its own, all in the same unit of length.
+    scans : ScanSet, sequence, or mapping of names
+        Each a `Scan`, an array (N, 3), or what looks like points, see `mvreg.types.PointLike`. At
+        least two, in any order, each in a frame of its own, all in the same unit of length.
     method : str or Method
         A method's name ("fcpma"), or one put together by hand.
     rng : int
@@ -249,7 +250,7 @@ def register(
 
 
 def prepare(
-    scans: Sequence[Scan | Array] | ScanSet,
+    scans: Scans,
     method: str | Method = "auto",
     rng: int = 0,
     changes: Mapping[str, object] | None = None,
@@ -258,8 +259,7 @@ def prepare(
 
     Parameters
     ----------
-    scans : ScanSet, or sequence of Scan or of (N, 3) arrays
-    method, rng, changes
+    scans, method, rng, changes
         As in `register`, which given the same makes the same views.
 
     Returns

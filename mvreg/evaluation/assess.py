@@ -21,8 +21,8 @@ from mvreg.parallel import in_threads
 from mvreg.surface.contact import Contact, axis_strength, surface_spacing
 from mvreg.surface.largest_range import without_largest_range
 from mvreg.surface.overlap import sampled
-from mvreg.types import Array, Result, Scan, ScanSet, View
-from mvreg.types.scan import as_scans
+from mvreg.types import Array, Result, Scans, ScanSet, View
+from mvreg.types.given import as_scans
 
 #: Point-to-plane distances up to this are within tolerance (resolutions). Of the overlapping points
 #: of the Bunny, Dragon and Buddha scans 82 to 92 per cent are, at their true poses; of a scan
@@ -36,7 +36,7 @@ LEAST_CONTACT_RATIO = 0.1
 
 
 #: What `assess` may be given of what was registered.
-Given = Sequence[View] | Sequence[Scan | Array] | ScanSet
+Given = Sequence[View] | Scans
 
 
 def assess(result: Result, views: Given | None = None) -> Assessment:
@@ -88,11 +88,11 @@ def _prepared(result: Result, given: Given | None) -> Sequence[View]:
     views: Sequence[View] = result.views
     if given is not None:
         if not isinstance(given, ScanSet) and all(isinstance(each, View) for each in given):
-            views = cast(Sequence[View], given)
+            views = cast("Sequence[View]", given)
             if not views:  # none was prepared: nothing can be compared
                 return views
         else:
-            _check_same(as_scans(cast("Sequence[Scan | Array] | ScanSet", given)), views)
+            _check_same(as_scans(cast("Scans", given)), views)
     placed = [name for poses in (result.poses, *result.components) for name in poses]
     missing = sorted(set(placed) - {view.name for view in views})
     if missing:

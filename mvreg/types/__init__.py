@@ -7,7 +7,9 @@ All are frozen. Lengths are in the unit of the scans, which no stage needs to kn
 from __future__ import annotations
 
 from mvreg.geometry.arrays import Array, Indices
+from mvreg.types.given import Scans
 from mvreg.types.inputs import Finding, Input
+from mvreg.types.pointlike import PointLike
 from mvreg.types.records import Candidates, Matches, Registration, Verdict
 from mvreg.types.results import Link, Pair, Result
 from mvreg.types.scan import Scan, ScanSet
@@ -37,12 +39,14 @@ __all__ = [
     "Model",
     "Pair",
     "Part",
+    "PointLike",
     "Registration",
     "Result",
     "Sample",
     "Scale",
     "Scan",
     "ScanSet",
+    "Scans",
     "Verdict",
     "View",
     "ViewGraph",

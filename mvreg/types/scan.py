@@ -6,7 +6,7 @@ Checked once, when they are made; all else may then rely on finite coordinates. 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,8 +20,11 @@ from mvreg.types import checks
 from mvreg.types.attributes import Attributes, FullPoints, Values, turned
 from mvreg.types.inputs import Input
 from mvreg.types.lazy import lazy
+from mvreg.types.pointlike import PointLike, points_of
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from mvreg.kernels.tree import Tree
 
 
@@ -33,8 +36,10 @@ class Scan:
     ----------
     name : str
         Unique within a set; the file's name where there is one.
-    points : (N, 3) array
-        Finite coordinates, N >= 1.
+    points : (N, 3) array, or what looks like points
+        Finite coordinates, N >= 1. Arrays of any type and order, lists, tensors, data frames, and
+        clouds and meshes of Open3D and trimesh will do, see `mvreg.types.PointLike`; the attribute
+        is an array of doubles.
     view_direction : (3,) array, optional
         Unit vector from the surface towards the sensor, for a sensor far away or orthographic.
     view_point : (3,) array, optional
@@ -46,8 +51,9 @@ class Scan:
     fixed : bool
         `initial` is the pose that the scan has, and keeps.
     attributes : mapping of str to (N,) array
-        Colours, intensity, normals and other scalars of the points, under the names that
-        `mvreg.io.PointCloud` gives them. Registration does not use them; the model has them.
+        Colours (red, green, blue), intensity, normals (nx, ny, nz) and other scalars of the points.
+        Registration does not use them; the model has them. Those that come with the points are
+        kept, too; where both have one, this one counts.
     full : FullPoints, optional
         Where `points` are a part of what was scanned: the way to all of it, for the model.
 
@@ -56,6 +62,21 @@ class Scan:
     InputError
         If the points are not (N, 3), not finite or none at all; if an attribute is not (N,).
     """
+
+    if TYPE_CHECKING:  # what it takes is more than what it has
+
+        def __init__(
+            self,
+            name: str,
+            points: PointLike,
+            view_direction: ArrayLike | None = None,
+            view_point: ArrayLike | None = None,
+            up: ArrayLike | None = None,
+            initial: ArrayLike | None = None,
+            fixed: bool = False,
+            attributes: Attributes = ...,
+            full: FullPoints | None = None,
+        ) -> None: ...
 
     name: str
     points: Array
@@ -68,15 +89,9 @@ class Scan:
     full: FullPoints | None = field(default=None, metadata={"stored": False})
 
     def __post_init__(self) -> None:
-        try:
-            points = np.array(self.points, dtype=np.float64, order="C")
-        except (TypeError, ValueError):
-            raise InputError(
-                f"scan {self.name!r}: expected points as an array (N, 3) of numbers, got "
-                f"{type(self.points).__name__}"
-            ) from None
-        if points.ndim != 2 or points.shape[1] != 3:
-            raise InputError(f"scan {self.name!r}: expected points (N, 3), got {points.shape}")
+        points, told = points_of(self.name, self.points)
+        if told:
+            object.__setattr__(self, "attributes", {**told, **self.attributes})
         if len(points) == 0:
             raise InputError(f"scan {self.name!r}: expected at least one point, got none")
         if not np.isfinite(points).all():
@@ -244,24 +259,3 @@ class ScanSet:
             return self.poses
         shown = self.objects.get(scan)
         return {name: T for name, T in self.poses.items() if self.objects.get(name) == shown}
-
-
-def as_scans(scans: Sequence[Scan | Array] | ScanSet) -> tuple[Scan, ...]:
-    """Scans from whatever a caller has; bare arrays (N, 3) are named by their position.
-
-    Raises
-    ------
-    InputError
-        For a path, and for arrays that no `Scan` can be made of.
-    """
-    if isinstance(scans, ScanSet):
-        return scans.scans
-    if isinstance(scans, str | Path):
-        raise InputError(
-            f"expected scans, got {str(scans)!r}; for files use "
-            "mvreg.dataset('folder', path=...) and register what it returns"
-        )
-    return tuple(
-        scan if isinstance(scan, Scan) else Scan(f"scan_{index:03d}", scan)
-        for index, scan in enumerate(scans)
-    )

@@ -22,7 +22,9 @@ VALUES = {
     "Flags": "Array of truth values.",
     "Indices": "Array of integers that index others.",
     "KINDS": "The protocol of each kind of stage, by its name in the configuration.",
+    "PointLike": "Whatever looks like points (N, 3): arrays, tables, tensors, clouds, meshes.",
     "SUITES": "The contract suite of each kind of stage.",
+    "Scans": "What `mvreg.register` takes: a set, a sequence of scans, a mapping of names to them.",
     "hookimpl": "Marks a method or function as an implementation of a plugin's hook.",
 }
 HEAD = """# What is public

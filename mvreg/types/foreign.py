@@ -1,0 +1,89 @@
+"""Points and attributes of the objects of other libraries, told by their package's name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from mvreg.types.attributes import Values
+from mvreg.types.named_columns import ForeignError, colours, from_columns, normals
+
+__all__ = ["READERS", "ForeignError"]
+
+Found = tuple[Any, dict[str, Values]]
+
+
+def _open3d(value: Any) -> Found:
+    """A cloud's points or a mesh's vertices, of the old classes or of those of tensors."""
+    name, tensors = type(value).__name__, ".t." in type(value).__module__
+    if name == "Tensor":
+        return value.cpu().numpy(), {}
+    if name.startswith("Vector"):
+        return np.asarray(value), {}
+    if name not in ("PointCloud", "TriangleMesh"):
+        raise ForeignError(
+            f"expected a PointCloud or a TriangleMesh of Open3D, got a {name}; pass its points"
+        )
+    cloud = name == "PointCloud"
+    if tensors:
+        return _open3d_tensors(value.point if cloud else value.vertex)
+    found = value.points if cloud else value.vertices
+    paint = value.colors if cloud else value.vertex_colors
+    facing = value.normals if cloud else value.vertex_normals
+    return np.asarray(found), {**colours(np.asarray(paint)), **normals(np.asarray(facing))}
+
+
+def _open3d_tensors(tensors: Any) -> Found:
+    """The attributes of points or vertices, of which the positions are one."""
+    held = {key: tensors[key].cpu().numpy() for key in tensors}
+    if "positions" not in held:
+        return np.empty((0, 3)), {}
+    columns = {
+        key: v.reshape(-1) if v.ndim == 2 and v.shape[1] == 1 else v for key, v in held.items()
+    }
+    return from_columns(columns)
+
+
+def _trimesh(value: Any) -> Found:
+    """A cloud's points or a mesh's vertices; colours where each has its own."""
+    if isinstance(value, np.ndarray):
+        return value, {}
+    if not hasattr(value, "vertices"):
+        raise ForeignError(
+            f"expected a PointCloud or a Trimesh, got a {type(value).__name__}; of a Scene pass "
+            "scene.to_geometry()"
+        )
+    look = getattr(value, "visual", None)
+    own = look is not None and getattr(look, "kind", None) == "vertex"
+    paint = look.vertex_colors if own and look is not None else getattr(value, "colors", ())
+    return np.asarray(value.vertices), colours(np.asarray(paint))
+
+
+def _frame(value: Any) -> Found:
+    """A data frame's columns; a series and an index are arrays."""
+    if not hasattr(value, "columns"):
+        return np.asarray(value), {}
+    return from_columns({key: value[key].to_numpy() for key in value.columns})
+
+
+def _torch(value: Any) -> Found:
+    """A tensor, wherever it is, and whether or not it has gradients."""
+    return value.detach().cpu().double().numpy(), {}
+
+
+def _cupy(value: Any) -> Found:
+    """An array on a GPU."""
+    return value.get(), {}
+
+
+#: How the objects of a package are read, by the package's name.
+READERS: dict[str, Callable[[Any], Found]] = {
+    "open3d": _open3d,
+    "trimesh": _trimesh,
+    "pandas": _frame,
+    "polars": _frame,
+    "torch": _torch,
+    "cupy": _cupy,
+}
