@@ -22,39 +22,43 @@ if TYPE_CHECKING:
     from mvreg.evaluation.assess import assess as assess
     from mvreg.evaluation.pose_errors import PoseErrors as PoseErrors
     from mvreg.evaluation.pose_errors import pose_errors as pose_errors
+    from mvreg.library import dataset as dataset
+    from mvreg.library import prepare as prepare
+    from mvreg.library import register as register
     from mvreg.pipeline import Pipeline as Pipeline
     from mvreg.plugins.hookspecs import hookimpl as hookimpl
+    from mvreg.progress import CancelledError as CancelledError
+    from mvreg.progress import Progress as Progress
     from mvreg.report.comparison.frame import compare as compare
     from mvreg.report.page.inline import show as show
     from mvreg.run import Method as Method
-    from mvreg.run import dataset as dataset
     from mvreg.run import load_method as load_method
-    from mvreg.run import prepare as prepare
-    from mvreg.run import register as register
     from mvreg.types import Result as Result
     from mvreg.types import Scan as Scan
     from mvreg.types import ScanSet as ScanSet
 
 _WHERE = {
+    "CancelledError": "progress",
     "InputError": "errors",
     "Method": "run",
     "MvregError": "errors",
     "Pipeline": "pipeline",
     "PluginError": "errors",
     "PoseErrors": "evaluation.pose_errors",
+    "Progress": "progress",
     "Result": "types",
     "Scan": "types",
     "ScanSet": "types",
     "__version__": "_version",
     "assess": "evaluation.assess",
     "compare": "report.comparison.frame",
-    "dataset": "run",
+    "dataset": "library",
     "hookimpl": "plugins.hookspecs",
     "load_method": "run",
     "load_open3d": "_open3d",
     "pose_errors": "evaluation.pose_errors",
-    "prepare": "run",
-    "register": "run",
+    "prepare": "library",
+    "register": "library",
     "show": "report.page.inline",
 }
 

@@ -1,11 +1,10 @@
-"""Run a method on scans, as a library call."""
+"""Run a method on scans."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,17 +22,12 @@ from mvreg.events import (
 from mvreg.execution.threads import Executor
 from mvreg.initial import in_their_frame
 from mvreg.pipeline import NOTHING_KEPT, THREADS, Pipeline
-from mvreg.plugins import manager
 from mvreg.stage_calls import checked
-from mvreg.store.folder import Store, open_store
-from mvreg.types import Result, Scan, Scans, ScanSet, View
-from mvreg.types.given import as_scans
+from mvreg.store.folder import Store
+from mvreg.types import Result, Scan, ScanSet, View
 
 if TYPE_CHECKING:
     from omegaconf import DictConfig
-
-#: Gigabytes that the store of a library call may take; on the command line ``store_size`` says so.
-STORE_SIZE = 5.0
 
 
 @dataclass(frozen=True)
@@ -161,30 +155,6 @@ def method_from(config: DictConfig) -> Method:
     return Method(str(config.method), Pipeline(**stages), strategy, adjust)
 
 
-def dataset(name: str, rng: int = 0, **parameters: object) -> ScanSet:
-    """Load a data set: ``dataset("bunny")``, ``dataset("folder", path="scans")``.
-
-    Parameters
-    ----------
-    name : str
-        A registered data set or a preset; ``python -m mvreg plugins dataset`` lists them.
-    rng : int
-        For an order or motions drawn at random.
-    **parameters
-        The data set's own, such as ``order="shuffle"``.
-
-    Raises
-    ------
-    InputError
-        If there is no such data set or parameter, or the scans cannot be read.
-    """
-    from mvreg.config.compose import compose
-
-    changes = {f"dataset.{key}": value for key, value in parameters.items()}
-    config = compose([f"dataset={spelled(name)}", *overrides_from(changes)])
-    return load_scans(config, rng)
-
-
 def load_scans(config: DictConfig, rng: int) -> ScanSet:
     """The scans that a composed configuration names, as `dataset` loads them."""
     from mvreg.config.compose import stage_from
@@ -192,99 +162,3 @@ def load_scans(config: DictConfig, rng: int) -> ScanSet:
     load = checked("dataset", stage_from(config, "dataset"))
     found: ScanSet = load(np.random.default_rng(rng))
     return found
-
-
-def register(
-    scans: Scans,
-    method: str | Method = "auto",
-    rng: int = 0,
-    changes: Mapping[str, object] | None = None,
-    observers: Sequence[object] = (),
-    store: bool | str | Path = False,
-    executor: Executor = THREADS,
-) -> Result:
-    """Find the poses of unordered scans.
-
-    Parameters
-    ----------
-    scans : ScanSet, sequence, or mapping of names
-        Each a `Scan`, an array (N, 3), or what looks like points, see `mvreg.types.PointLike`. At
-        least two, in any order, each in a frame of its own, all in the same unit of length.
-    method : str or Method
-        A method's name ("fcpma"), or one put together by hand.
-    rng : int
-        Everything random follows from it.
-    changes : mapping, optional
-        Other stages or parameters: ``{"refine": "icp", "seed.top_fraction": 0.5}``.
-    observers : sequence of objects
-        With a hook ``mvreg_event(event)``, told what happens.
-    store : bool or path
-        Where finished work is kept, and found instead of done again: a folder, or True for that of
-        the command line, see `mvreg.store`.
-    executor : Executor
-        Who works: `mvreg.execution.Threads`, `Dask` or `Shards`; the last two need a `store`.
-
-    Returns
-    -------
-    Result
-        `poses` maps names to ``T_model_scan`` (4, 4) in the unit of the scans, the identity for
-        `reference`; `unregistered` names the scans that could not be placed. They are not in
-        `poses`. `views` are the scans as the method prepared them, for `mvreg.assess`.
-
-    Raises
-    ------
-    InputError
-        For fewer than two scans, arrays that are not (N, 3) or not finite, an unknown method,
-        stage or parameter.
-    StageError
-        If a stage raises an error, or returns what its contract does not allow; names the stage
-        and the distribution that it came with.
-    """
-    method, generator = _method(method, changes), _generator(rng)
-    with manager.observing(*observers):
-        result, views, _ = run(
-            as_scans(scans), method, generator, manager.emit, open_store(store, STORE_SIZE),
-            executor,
-        )  # fmt: skip
-    return replace(result, views=tuple(views))
-
-
-def prepare(
-    scans: Scans,
-    method: str | Method = "auto",
-    rng: int = 0,
-    changes: Mapping[str, object] | None = None,
-) -> list[View]:
-    """Down-sample and describe scans as a method does before it registers them.
-
-    Parameters
-    ----------
-    scans, method, rng, changes
-        As in `register`, which given the same makes the same views.
-
-    Returns
-    -------
-    list of View
-        In the order of the scans.
-
-    Raises
-    ------
-    InputError
-        As `register` does.
-    """
-    method, generator = _method(method, changes), _generator(rng)
-    return method.pipeline.prepare(as_scans(scans), generator)
-
-
-def _generator(rng: int) -> np.random.Generator:
-    if rng < 0:
-        raise InputError(f"rng: expected a whole number, 0 or more, got {rng}")
-    return np.random.default_rng(rng)
-
-
-def _method(method: str | Method, changes: Mapping[str, object] | None) -> Method:
-    if isinstance(method, str):
-        return load_method(method, changes)
-    if changes:
-        raise InputError("changes go with a method's name; this method is put together already")
-    return method

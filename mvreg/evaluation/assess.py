@@ -21,7 +21,7 @@ from mvreg.parallel import in_threads
 from mvreg.surface.contact import Contact, axis_strength, surface_spacing
 from mvreg.surface.largest_range import without_largest_range
 from mvreg.surface.overlap import sampled
-from mvreg.types import Array, Result, Scans, ScanSet, View
+from mvreg.types import Array, Result, Scan, Scans, ScanSet, View
 from mvreg.types.given import as_scans
 
 #: Point-to-plane distances up to this are within tolerance (resolutions). Of the overlapping points

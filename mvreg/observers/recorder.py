@@ -9,26 +9,23 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TextIO
 
-import numpy as np
-
 from mvreg.errors import InputError
 from mvreg.events import (
     AdjustStarted,
     Event,
     PairRegistered,
     PosesRevised,
-    ReferenceChosen,
     RunFinished,
     RunStarted,
     ViewPlaced,
-    ViewPrepared,
 )
 from mvreg.observers.pace import Pace
 from mvreg.plugins.hookspecs import hookimpl
+from mvreg.progress import SoFar
 from mvreg.report.build import build_report, pair_seconds
 from mvreg.report.finished import show_run, write_run
 from mvreg.report.run_folder import write_placements
-from mvreg.types import Array, Pair, Result, ScanSet, View
+from mvreg.types import Pair, Result, ScanSet
 
 COLUMNS = (
     "source", "target", "overlap", "trimmed_mse", "threshold", "verdict", "reason", "seconds",
@@ -65,34 +62,20 @@ class Recorder:
         self._table: TextIO | None = None
         self._started = time.perf_counter()
         self._run: RunStarted | None = None
-        self._views: list[View] = []
-        self._reference: str | None = None
-        self._poses: dict[str, Array] = {}
-        self._components: tuple[Mapping[str, Array], ...] = ()
-        self._pairs: list[Pair] = []
+        self._known = SoFar()
         self._augmenting = 0.0
         self._pace: Pace | None = None
 
     @hookimpl
     def mvreg_event(self, event: Event) -> None:
         """Write what can be written now, and remember what an interruption would need."""
+        self._known(event)
         match event:
             case RunStarted():
                 self._start(event)
-            case ViewPrepared():
-                self._views.append(event.view)
-            case ReferenceChosen():
-                self._reference = event.model.members[0]
-                self._poses = {self._reference: np.eye(4)}
             case PairRegistered():
-                self._pairs.append(event.pair)
                 self._append(pair_row(event.pair))
-            case PosesRevised():
-                self._reference = event.reference
-                self._poses, self._components = dict(event.poses), event.components
             case ViewPlaced():
-                self._poses[event.name] = event.T_model_scan
-                self._components = without(event.name, self._components)
                 self._augmenting += event.seconds
             case AdjustStarted():
                 self._write_placed(event.result)
@@ -110,33 +93,29 @@ class Recorder:
             The ``result.json``; None if there was no reference yet, and so no pose, or if the run
             is recorded to its end already.
         """
-        if self._run is None or self._reference is None:
+        result = None if self._run is None else self._so_far(self._run)
+        if self._run is None or result is None:
             self.close()
             return None
-        scanset, result = self._run.scanset, self._so_far(self._run)
+        scanset = self._run.scanset
         report = self._report(self._run, result, rng, config)
         return self._finish(scanset, result, report)
 
-    def _so_far(self, run: RunStarted) -> Result:
+    def _so_far(self, run: RunStarted) -> Result | None:
         """What is placed by now."""
-        assert self._reference is not None
-        placed = self._poses.keys() | {name for poses in self._components for name in poses}
-        missing = tuple(scan.name for scan in run.scanset.scans if scan.name not in placed)
-        return Result(
-            self._reference, self._poses, missing, tuple(self._pairs), components=self._components
-        )
+        return self._known.result(scan.name for scan in run.scanset.scans)
 
     def _report(
         self, run: RunStarted, result: Result, rng: int | None, config: Mapping[str, object]
     ) -> dict[str, object]:
         return build_report(
-            run.scanset, self._views, result, method=run.method, rng=rng, seconds=self._seconds(),
-            config=config, interrupted=True,
+            run.scanset, self._known.views, result, method=run.method, rng=rng,
+            seconds=self._seconds(), config=config, interrupted=True,
         )  # fmt: skip
 
     def _seconds(self) -> dict[str, float]:
         return {
-            **pair_seconds(self._pairs),
+            **pair_seconds(self._known.pairs),
             "augment": self._augmenting,
             "total": time.perf_counter() - self._started,
         }
@@ -149,17 +128,18 @@ class Recorder:
 
     def _write_so_far(self, pace: Pace) -> None:
         """The page of what is placed by now; a full disk is for the end of the run to tell."""
-        if self._run is None or self._reference is None:
+        result = None if self._run is None else self._so_far(self._run)
+        if self._run is None or result is None:
             return
         from mvreg.report.page.render import write_page
         from mvreg.report.so_far import report_so_far
 
         started, run = time.perf_counter(), self._run
         report = report_so_far(
-            run.scanset, self._views, self._so_far(run), method=run.method, seconds=self._seconds()
+            run.scanset, self._known.views, result, method=run.method, seconds=self._seconds()
         )
         with suppress(OSError):
-            write_page(self.folder, report, run.scanset, self._views)
+            write_page(self.folder, report, run.scanset, self._known.views)
         pace.written(started)
 
     def close(self) -> None:
@@ -194,16 +174,8 @@ class Recorder:
         self.close()
         file = write_run(self.folder, scanset, result, report, self.make_room)
         self._run = None  # an interruption from now on takes nothing away
-        show_run(self.folder, scanset, report, self._views, self.page, self.link)
+        show_run(self.folder, scanset, report, self._known.views, self.page, self.link)
         return file
-
-
-def without(
-    name: str, components: Iterable[Mapping[str, Array]]
-) -> tuple[Mapping[str, Array], ...]:
-    """The partial models without a scan that has come into the reference's."""
-    left = ({other: pose for other, pose in poses.items() if other != name} for poses in components)
-    return tuple(poses for poses in left if poses)
 
 
 def pair_row(pair: Pair) -> tuple[object, ...]:

@@ -16,7 +16,7 @@ from small_scans import OVERRIDES, placed_like, three, write_folder
 from mvreg.cli import job
 from mvreg.config.overrides import spelled
 from mvreg.io import read_points
-from mvreg.run import dataset
+from mvreg.library import dataset
 from mvreg.types import Result
 
 FILES = {".hydra", "model.ply", "pairs.csv", "poses", "result.json", "report.html", "run.rrd"}

@@ -8,8 +8,9 @@ from fake_plugins import mvreg, plugin_with, use
 
 from mvreg.config import compose, levels
 from mvreg.errors import InputError
+from mvreg.library import dataset, register
 from mvreg.report.json_file import load_report
-from mvreg.run import dataset, load_method, register
+from mvreg.run import load_method
 from mvreg.stages.seed.nearest import NearestSeed
 
 LAST = {"judge.min_overlap": 0.45, "seed.top_fraction": 1.0, "propagate.keep": 15}

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mvreg.run import dataset, register
+from mvreg.library import dataset, register
 
 GOLDEN = Path(__file__).parent / "golden"
 METHODS = ("auto", "fcpma", "ocpma", "ocpra", "surfc", "spant")

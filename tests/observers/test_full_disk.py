@@ -5,10 +5,10 @@ import pytest
 from observed import run as recorded
 
 from mvreg.errors import InputError
+from mvreg.library import dataset
 from mvreg.observers.rerun.observer import RerunObserver
 from mvreg.report import finished
 from mvreg.report.json_file import load_report
-from mvreg.run import dataset
 from mvreg.types import Result
 
 

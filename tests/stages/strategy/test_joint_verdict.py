@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from mvreg.evidence.pooled import pool_evidence
-from mvreg.run import dataset, load_method, register
+from mvreg.library import dataset, register
+from mvreg.run import load_method
 from mvreg.stages.judge.evidence import EvidenceJudge
 from mvreg.stages.judge.residual import PointToPlaneJudge, TmseSurfaceJudge
 from mvreg.stages.strategy.best_first.joint_verdict import error_probability, together
