@@ -68,3 +68,11 @@ def mvreg_stages() -> dict[str, type]:
         "adjust/jrmpc": JointMixture,
         "adjust/joint": JointRefinement,
     }
+
+
+@hookimpl
+def mvreg_suites() -> dict[str, type]:
+    """Return the suites of stages whose defaults are not for the suites' small scans."""
+    from mvreg.testing.core import core_suites
+
+    return core_suites()

@@ -20,6 +20,7 @@ Usage:
   mvreg [+method=NAME] [dataset=NAME] [KEY=VALUE ...]
   mvreg look FOLDER        what a folder of scans holds, and what looks wrong with it
   mvreg plugins [KIND]     every stage: what it does, its parameters, who registered it
+  mvreg plugins check [NAME]   whether plugins do what their contracts ask; --all: mvreg's own too
   mvreg inspect [FOLDER]   the table of a finished run, by default of the newest
   mvreg add [RUN]          register the scans that have come since; those in the model stay
   mvreg export RUN FORMAT...   a finished run for other programs; mvreg export --list
@@ -90,7 +91,14 @@ def version() -> int:
 
 def plugins(arguments: Sequence[str]) -> int:
     """Print every stage: name, description, parameters with their defaults, who registered it."""
-    parser = argparse.ArgumentParser("mvreg plugins", description=plugins.__doc__)
+    if arguments[:1] == ["check"]:
+        from mvreg.cli.checking import check
+
+        return check(arguments[1:])
+    parser = argparse.ArgumentParser(
+        "mvreg plugins", description=plugins.__doc__,
+        epilog="mvreg plugins check [NAME] checks that they do what their contracts ask",
+    )  # fmt: skip
     parser.add_argument("kind", nargs="?", help="list this kind alone, such as refine")
     sys.stdout.write(listing(parser.parse_args(arguments).kind))
     return 0

@@ -1,4 +1,4 @@
-"""The four hooks that a plugin may implement, all optional.
+"""The five hooks that a plugin may implement, all optional.
 
 A plugin is any object, usually a module, named by an entry point in the group ``mvreg``.
 """
@@ -31,6 +31,15 @@ def mvreg_config_path() -> str:  # type: ignore[empty-body]
 @hookspec
 def mvreg_formats() -> list[Format]:  # type: ignore[empty-body]
     """Return file formats that the plugin reads; a suffix that another has is replaced."""
+
+
+@hookspec
+def mvreg_suites() -> dict[str, type]:  # type: ignore[empty-body]
+    """Return contract suites of `mvreg.testing` for stages that the plain one does not suit.
+
+    By their keys, ``{"describe/fpfh": FpfhSuite}``: subclasses that give a `stage` with other
+    parameters than the defaults, or waive something. ``mvreg plugins check`` runs them.
+    """
 
 
 @hookspec

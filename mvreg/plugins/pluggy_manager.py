@@ -14,7 +14,7 @@ from mvreg.plugins import hookspecs
 GROUP = "mvreg"
 #: Where plugins come from that no distribution brought, such as the observers of a run.
 HERE = "this process"
-HOOKS = ("mvreg_stages", "mvreg_config_path", "mvreg_formats", "mvreg_event")
+HOOKS = ("mvreg_stages", "mvreg_config_path", "mvreg_formats", "mvreg_suites", "mvreg_event")
 
 
 class Manager(pluggy.PluginManager):

@@ -26,6 +26,7 @@ from mvreg.testing.views import (
     scaled_pose,
     scaled_view,
 )
+from mvreg.testing.words import below, equal, expect, same_array
 from mvreg.types import Array, Result, View
 
 
@@ -81,9 +82,13 @@ class AdjustContract(StageContract):
     def verify(self, arguments: tuple[Any, ...], answer: Any) -> None:
         result, views, _ = arguments
         assert_result(answer, views)
-        assert answer.reference == result.reference
-        assert set(answer.poses) == set(result.poses), "a scan is lost or invented"
-        assert answer.pairs == result.pairs
+        equal("the reference to stay", answer.reference, result.reference)
+        equal("poses of the same scans", sorted(answer.poses), sorted(result.poses))
+        expect(
+            answer.pairs == result.pairs,
+            "the same pairs as before the adjustment",
+            f"{len(answer.pairs)} pairs",
+        )
 
     def misplaced(self, result: Result, views: Sequence[View]) -> float:
         """How far the worst placed point is off, in resolutions."""
@@ -92,18 +97,37 @@ class AdjustContract(StageContract):
     def test_poses_get_no_worse(self) -> None:
         for result, views, _ in self.examples().values():
             after = self.misplaced(self.call(result, views, pipeline()), views)
-            assert after <= max(self.misplaced(result, views), self.slack)
+            limit = max(self.misplaced(result, views), self.slack)
+            expect(
+                after <= limit,
+                f"points to be misplaced by {limit:.3g} resolutions at most, as before",
+                f"{after:.3g}",
+            )
 
     def test_components_are_adjusted_as_the_reference_s_model_is(self) -> None:
         result, views = self.two_components()
         alone = self.call(nearly_right(), list(blob_views(3)), pipeline())
         both = self.call(result, views, pipeline())
         (second,) = both.components
-        assert list(second) == list(result.components[0]), "a scan is lost, invented or moved"
-        np.testing.assert_array_equal(next(iter(second.values())), np.eye(4))
+        equal(
+            "the component to keep its scans, in their order",
+            list(second),
+            list(result.components[0]),
+        )
+        same_array(
+            "the identity for the first scan of a component", next(iter(second.values())), np.eye(4)
+        )
         for name, pose in alone.poses.items():
-            np.testing.assert_array_equal(both.poses[name], pose)
-            np.testing.assert_array_equal(second[f"again {name}"], pose)
+            same_array(
+                "the poses of the reference's model as they are without another component",
+                both.poses[name],
+                pose,
+            )
+            same_array(
+                "a component to be adjusted as the same scans are in the reference's model",
+                second[f"again {name}"],
+                pose,
+            )
 
     def test_poses_move_with_the_views(self) -> None:
         result, views, pipe = self.examples()["all placed"]
@@ -113,7 +137,12 @@ class AdjustContract(StageContract):
         new = self.call(replace(result, poses=poses), there, pipe)
         old = self.call(result, views, pipe)
         expected = {name: self.elsewhere(old, name, motions) for name in old.poses}
-        assert misplacement(new.poses, expected, there, new.reference) < self.tolerance
+        below(
+            "the same poses when the scans are in other frames: points misplaced",
+            misplacement(new.poses, expected, there, new.reference),
+            self.tolerance,
+            " resolutions",
+        )
 
     def elsewhere(self, result: Result, name: str, motions: dict[str, Array]) -> Array:
         """The pose that a scan has when all scans have moved."""
@@ -131,4 +160,9 @@ class AdjustContract(StageContract):
             there = [scaled_view(view, unit) for view in views]
             new = self.call(replace(result, poses=poses), there, pipe)
             expected = {name: scaled_pose(pose, unit) for name, pose in old.poses.items()}
-            assert misplacement(new.poses, expected, there, new.reference) < 1e-6
+            below(
+                "the same poses in another unit of length: points misplaced",
+                misplacement(new.poses, expected, there, new.reference),
+                1e-6,
+                " resolutions",
+            )

@@ -25,6 +25,7 @@ from mvreg.testing.views import (
     scaled_view,
     shuffled_view,
 )
+from mvreg.testing.words import above, below, close, equal, expect, is_a
 from mvreg.types import Array, Model, Registration, View
 
 
@@ -32,7 +33,7 @@ def farthest(points: Array, cloud: Array) -> float:
     """Distance of the point farthest from a cloud (length); 0 for no points."""
     if not len(points):
         return 0.0
-    assert len(cloud), "everything is gone"
+    expect(len(cloud), "a model with points", "none")
     return float(build_tree(cloud).query(points)[0].max())
 
 
@@ -64,20 +65,37 @@ class AugmentContract(StageContract):
 
     def verify(self, arguments: tuple[Any, ...], answer: Any) -> None:
         model, source, found = arguments
-        assert isinstance(answer, Model)
-        assert answer.name == model.name
-        assert answer.members == (*model.members, source.name)
-        assert answer.scale == model.scale
-        assert answer.features.oriented == (model.features.oriented and source.features.oriented)
-        assert answer.points.shape == answer.normals.shape == (len(answer.points), 3)
+        is_a("the answer", answer, Model)
+        equal("the model to keep its name", answer.name, model.name)
+        members = (*model.members, source.name)
+        equal("the source behind the members that the model had", answer.members, members)
+        equal("the model to keep its scale", answer.scale, model.scale)
+        equal(
+            "Features.oriented, if both are",
+            answer.features.oriented,
+            model.features.oriented and source.features.oriented,
+        )
+        equal(
+            "Model.points and normals of shape",
+            (answer.points.shape, answer.normals.shape),
+            ((len(answer.points), 3),) * 2,
+        )
         assert_finite(points=answer.points, resolution=answer.resolution)
         assert_unit(answer.normals)
-        np.testing.assert_allclose(answer.resolution, mean_spacing(answer.points))
+        close(
+            "Model.resolution to be the mean spacing of its points",
+            answer.resolution,
+            mean_spacing(answer.points),
+        )
         own, new = model.features, answer.features
         count = len(new.keypoints)
-        assert new.keypoints.shape == (count, 3)
-        assert new.normals.shape == (count, *own.normals.shape[1:])
-        assert new.descriptors.shape == (count, *own.descriptors.shape[1:])
+        equal("Features.keypoints of shape", new.keypoints.shape, (count, 3))
+        equal("Features.normals of shape", new.normals.shape, (count, *own.normals.shape[1:]))
+        equal(
+            "Features.descriptors of shape",
+            new.descriptors.shape,
+            (count, *own.descriptors.shape[1:]),
+        )
         assert_unit(new.normals)
         assert_finite(keypoints=new.keypoints, descriptors=new.descriptors)
         self.verify_surface(model, source, found, answer)
@@ -93,15 +111,31 @@ class AugmentContract(StageContract):
             (model.features.keypoints, source.features.keypoints, answer.features.keypoints),
         ]:
             both = np.concatenate([old, se3.apply(pose, view)])
-            assert len(new) <= len(both)
-            assert farthest(both, new) <= reach, "something is lost"
-            assert farthest(new, both) <= reach, "something is invented"
+            expect(
+                len(new) <= len(both),
+                f"at most the {len(both)} points of model and source together",
+                f"{len(new)}",
+            )
+            expect(
+                farthest(both, new) <= reach,
+                f"all points of model and source to be kept, to within {reach:.3g}",
+                f"a gap of {farthest(both, new):.3g}",
+            )
+            expect(
+                farthest(new, both) <= reach,
+                f"no point but those of model and source, to within {reach:.3g}",
+                f"a point {farthest(new, both):.3g} away",
+            )
 
     def test_the_model_grows(self) -> None:
         model, source, found = self.begin()
         answer = self.call(model, source, found)
-        assert len(answer.points) > len(model.points)
-        assert len(answer.features.keypoints) > len(model.features.keypoints)
+        above("the model to grow: its points", len(answer.points), len(model.points))
+        above(
+            "the model to grow: its keypoints",
+            len(answer.features.keypoints),
+            len(model.features.keypoints),
+        )
 
     def test_it_can_be_repeated(self) -> None:
         """A model of two is a model like any other; its members are in order."""
@@ -111,16 +145,33 @@ class AugmentContract(StageContract):
         second = registration(third, first, found.T_target_source)
         answer = self.call(first, third, second)
         self.verify((first, third, second), answer)
-        assert answer.members == (model.members[0], source.name, third.name)
+        equal(
+            "three members, in the order in which they came",
+            answer.members,
+            (model.members[0], source.name, third.name),
+        )
 
     def test_a_view_merged_with_itself_stays_where_it_is(self) -> None:
         view = overlap().source
         model = Model.of(view)
         answer = self.call(model, view, registration(view, model, np.eye(4)))
-        assert farthest(answer.points, view.points) < 1e-9
-        assert farthest(answer.features.keypoints, view.features.keypoints) < 1e-9
+        below(
+            "a view merged with itself to stay: its points moved",
+            farthest(answer.points, view.points),
+            1e-9,
+        )
+        below(
+            "a view merged with itself to stay: its keypoints moved",
+            farthest(answer.features.keypoints, view.features.keypoints),
+            1e-9,
+        )
         nearest = build_tree(view.points).query(answer.points)[1]
-        np.testing.assert_allclose((answer.normals * view.normals[nearest]).sum(axis=1), 1)
+        cosines = (answer.normals * view.normals[nearest]).sum(axis=1)
+        close(
+            "the normals of a view merged with itself to stay: cosines",
+            cosines,
+            np.ones(len(cosines)),
+        )
 
     def test_the_model_moves_with_its_frame(self) -> None:
         model, source, found = self.begin()
@@ -149,16 +200,21 @@ class AugmentContract(StageContract):
         old = self.call(model, source, found)
         for mine, yours in [(new.points, old.points),
                             (new.features.keypoints, old.features.keypoints)]:  # fmt: skip
-            np.testing.assert_allclose(sorted_rows(mine), sorted_rows(yours), atol=1e-9)
+            close(
+                "the same model when points come in another order",
+                sorted_rows(mine),
+                sorted_rows(yours),
+                atol=1e-9,
+            )
 
     def same(self, new: Model, old: Model) -> None:
         """Check that two models are one."""
         with case("the model elsewhere"):
             size = np.abs(old.points).max()
-            np.testing.assert_allclose(new.points, old.points, atol=1e-9 * size)
-            np.testing.assert_allclose(new.normals, old.normals, atol=1e-9)
+            close("the same points", new.points, old.points, atol=1e-9 * size)
+            close("the same normals", new.normals, old.normals, atol=1e-9)
             mine, yours = new.features, old.features
-            np.testing.assert_allclose(mine.keypoints, yours.keypoints, atol=1e-9 * size)
-            np.testing.assert_allclose(mine.normals, yours.normals, atol=1e-9)
-            np.testing.assert_allclose(mine.descriptors, yours.descriptors, atol=1e-9)
-            np.testing.assert_allclose(new.resolution, old.resolution, rtol=1e-6)
+            close("the same keypoints", mine.keypoints, yours.keypoints, atol=1e-9 * size)
+            close("the same normals of the keypoints", mine.normals, yours.normals, atol=1e-9)
+            close("the same descriptors", mine.descriptors, yours.descriptors, atol=1e-9)
+            close("the same resolution", new.resolution, old.resolution, rtol=1e-6)

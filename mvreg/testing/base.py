@@ -16,6 +16,8 @@ from mvreg.contracts import KINDS
 from mvreg.plugins.registry import check
 from mvreg.stage_calls import checked
 from mvreg.testing.compare import case, digest
+from mvreg.testing.silence import captured
+from mvreg.testing.words import equal, expect
 
 
 class StageContract:
@@ -49,8 +51,10 @@ class StageContract:
         ):
             warnings.simplefilter("error", RuntimeWarning)
             answer = (self.stage if stage is None else stage)(*arguments, *drawing)
-        assert digest(arguments) == before, "the stage changed its input"
-        assert output.getvalue() == "", f"the stage printed {output.getvalue()!r}"
+        expect(
+            digest(arguments) == before, "the stage to leave its input as it is", "a changed one"
+        )
+        expect(output.getvalue() == "", "a silent stage", f"it printed {output.getvalue()!r}")
         return answer
 
     def examples(self) -> dict[str, tuple[Any, ...]]:
@@ -71,36 +75,49 @@ class StageContract:
 
     def test_it_can_be_registered(self) -> None:
         check(f"{self.kind}/this", type(self.stage), "the suite")
-        assert self.kind in KINDS
+        expect(self.kind in KINDS, f"a kind among {list(KINDS)}", self.kind)
         doc = type(self.stage).__doc__ or ""
-        assert doc.strip() and not doc.startswith(f"{type(self.stage).__name__}("), (
-            "the first line of the docstring is what `mvreg plugins` shows"
-        )
+        expect(
+            doc.strip() and not doc.startswith(f"{type(self.stage).__name__}("),
+            "a docstring, whose first line `mvreg plugins` shows", "none",
+        )  # fmt: skip
 
     def test_its_fields_are_all_there_is_to_it(self) -> None:
-        assert is_dataclass(self.stage) and not isinstance(self.stage, type)
+        expect(
+            is_dataclass(self.stage) and not isinstance(self.stage, type),
+            "an instance of a dataclass",
+            self.stage,
+        )
         again = replace(self.stage)
-        assert again == self.stage
-        assert repr(again) == repr(self.stage)
-        assert " at 0x" not in repr(self.stage), "repr() must tell the parameters"
+        equal("dataclasses.replace() to give an equal stage", again, self.stage)
+        equal("the same repr() for equal stages", repr(again), repr(self.stage))
+        expect(
+            " at 0x" not in repr(self.stage), "a repr() that tells the parameters", repr(self.stage)
+        )
         self.call(*next(iter(self.examples().values())))
         names = {field.name for field in fields(self.stage)}
-        assert set(vars(self.stage)) <= names, "a stage remembers nothing but its parameters"
+        extra = sorted(set(getattr(self.stage, "__dict__", {})) - names)
+        expect(not extra, "a stage that remembers nothing but its parameters", f"also {extra}")
 
     def test_it_survives_pickling(self) -> None:
         copy = pickle.loads(pickle.dumps(self.stage))
-        assert copy == self.stage
+        equal("an equal stage after pickling", copy, self.stage)
         arguments = next(iter(self.examples().values()))
         first, second = self.call(*arguments), self.call(*arguments, stage=copy)
-        assert self.essence(first) == self.essence(second)
+        alike = self.essence(first) == self.essence(second)
+        expect(alike, "the same answer of the stage after pickling", "another")
 
     def test_it_survives_a_configuration(self) -> None:
         text = OmegaConf.to_yaml(OmegaConf.structured(self.stage))
         node = OmegaConf.structured(type(self.stage))
         OmegaConf.set_readonly(node, None)  # as the store does: frozen means read-only
         found = OmegaConf.to_object(OmegaConf.merge(node, OmegaConf.create(text)))
-        assert type(found) is type(self.stage)
-        assert found == self.stage
+        expect(
+            type(found) is type(self.stage),
+            "the stage's class back from a configuration",
+            type(found).__name__,
+        )
+        equal("an equal stage back from a configuration in YAML", found, self.stage)
 
     def test_it_answers_in_the_right_form(self) -> None:
         for name, arguments in self.examples().items():
@@ -111,12 +128,15 @@ class StageContract:
         for name, arguments in self.examples().items():
             with case(name):
                 first, second = self.call(*arguments), self.call(*arguments)
-                assert self.essence(first) == self.essence(second)
+                alike = self.essence(first) == self.essence(second)
+                expect(alike, "the same answer to the last bit for the same input", "another")
 
-    def test_it_says_nothing(self, capfd: Any) -> None:
+    def test_it_says_nothing(self) -> None:
         """Also where compiled code writes."""
-        self.call(*next(iter(self.examples().values())))
-        assert tuple(capfd.readouterr()) == ("", "")
+        arguments = next(iter(self.examples().values()))
+        with captured() as written:
+            self.call(*arguments)
+        expect(not written, "nothing on standard output and error", "".join(written))
 
     def test_a_run_takes_its_answers(self) -> None:
         """What `mvreg.register` checks at every call, a plugin's author can see beforehand."""

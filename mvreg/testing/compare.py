@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from mvreg.geometry import se3
+from mvreg.testing.words import close, equal, expect, same_array
 from mvreg.types import Array, Indices
 
 
@@ -78,34 +79,36 @@ def case(name: str) -> Iterator[None]:
 def assert_finite(**arrays: Any) -> None:
     """No NaN, no infinity."""
     for name, array in arrays.items():
-        assert np.isfinite(array).all(), f"{name} is not finite: {array}"
+        count = np.size(array) - int(np.isfinite(array).sum())
+        expect(not count, f"finite {name}", f"{count} of {np.size(array)} NaN or infinite")
 
 
 def assert_unit(vectors: Array) -> None:
     """Vectors (..., 3) of length 1."""
     assert_finite(vectors=vectors)
-    assert vectors.shape[-1] == 3
-    np.testing.assert_allclose(np.linalg.norm(vectors, axis=-1), 1, atol=1e-9)
+    equal("vectors of so many components", vectors.shape[-1], 3)
+    lengths = np.linalg.norm(vectors, axis=-1)
+    close("unit vectors: lengths", lengths, np.ones_like(lengths), atol=1e-9)
 
 
 def assert_rigid(transform: Array) -> None:
     """A proper rigid motion (4, 4), float64."""
-    assert transform.shape == (4, 4), f"expected a pose (4, 4), got {transform.shape}"
-    assert transform.dtype == np.float64
+    equal("a pose of shape", transform.shape, (4, 4))
+    equal("a pose of dtype", transform.dtype, np.dtype(np.float64))
     assert_finite(pose=transform)
     rotation = transform[:3, :3]
-    np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-9)
-    assert np.linalg.det(rotation) > 0, "a reflection is no rigid motion"
-    np.testing.assert_array_equal(transform[3], [0, 0, 0, 1])
+    close("a rigid motion: R R^T the identity", rotation @ rotation.T, np.eye(3), atol=1e-9)
+    expect(np.linalg.det(rotation) > 0, "a rotation", "a reflection, of determinant -1")
+    same_array("a pose whose last row is 0, 0, 0, 1", transform[3], np.array([0, 0, 0, 1.0]))
 
 
 def assert_indices(indices: Indices, source: int, target: int) -> None:
     """Index pairs (M, 2) into `source` and `target` rows."""
-    assert indices.ndim == 2, f"expected (M, 2) indices, got {indices.shape}"
-    assert indices.shape[1] == 2, f"expected (M, 2) indices, got {indices.shape}"
-    assert np.issubdtype(indices.dtype, np.integer), f"indices have type {indices.dtype}"
-    assert (indices >= 0).all(), "an index is negative"
-    assert (indices < [source, target]).all(), "an index is out of range"
+    expect(indices.shape == (len(indices), 2), "index pairs of shape (M, 2)", indices.shape)
+    whole = np.issubdtype(indices.dtype, np.integer)
+    expect(whole, "index pairs of whole numbers", indices.dtype)
+    inside = (indices >= 0).all() and (indices < [source, target]).all()
+    expect(inside, f"positions below {source} and {target}, 0 or more", "others")
 
 
 def apart(first: Array, second: Array, points: Array) -> float:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 from typing import Any, ClassVar
+from unittest import SkipTest
 
 import numpy as np
-import pytest
 
 from mvreg import contracts
 from mvreg.geometry import se3
@@ -15,6 +15,7 @@ from mvreg.testing.base import StageContract
 from mvreg.testing.compare import assert_finite, assert_unit
 from mvreg.testing.scans import RADIUS, blob_scans, degenerate_points
 from mvreg.testing.views import AXES_SWAPPED, MOTION, UNITS, pipeline, scaled_scan
+from mvreg.testing.words import above, close, equal, expect, is_a
 from mvreg.types import Array, Features, Indices, Scan
 
 
@@ -67,48 +68,75 @@ class DescribeContract(StageContract):
         return cases
 
     def verify(self, arguments: tuple[Any, ...], answer: Any) -> None:
-        assert isinstance(answer, Features)
-        assert isinstance(answer.oriented, bool)
+        is_a("the answer", answer, Features)
+        is_a("Features.oriented", answer.oriented, bool)
         count, size = len(answer.keypoints), self.stage(*self.examples()["sensor far away"])
-        assert answer.keypoints.shape == (count, 3)
-        assert answer.normals.shape == (count, size.normals.shape[1], 3), "L must not vary"
-        assert answer.descriptors.shape == (count, size.descriptors.shape[1]), "D must not vary"
+        equal("Features.keypoints of shape", answer.keypoints.shape, (count, 3))
+        equal(
+            "Features.normals of shape (K, L, 3), L the same for all scans",
+            answer.normals.shape,
+            (count, size.normals.shape[1], 3),
+        )
+        equal(
+            "Features.descriptors of shape (K, D), D the same for all scans",
+            answer.descriptors.shape,
+            (count, size.descriptors.shape[1]),
+        )
         for array in (answer.keypoints, answer.normals, answer.descriptors):
-            assert array.dtype == np.float64
+            equal("arrays of dtype", array.dtype, np.dtype(np.float64))
         assert_unit(answer.normals)
         assert_finite(descriptors=answer.descriptors)
-        assert answer.spread == size.spread, "a spread that is declared is the same for all scans"
+        equal("a declared spread that is the same for all scans", answer.spread, size.spread)
         rows = self.rows(answer.keypoints, arguments[1])
-        assert (np.diff(rows) > 0).all() or len(np.unique(arguments[1], axis=0)) < len(arguments[1])
+        in_order = (np.diff(rows) > 0).all() or len(np.unique(arguments[1], axis=0)) < len(
+            arguments[1]
+        )
+        expect(
+            in_order,
+            "the keypoints that are described in the order in which they were given",
+            "another order",
+        )
 
     def rows(self, keypoints: Array, given: Array) -> Indices:
         """Which of the given keypoints are still there."""
         if not len(keypoints):
             return np.empty(0, dtype=np.intp)
         distances, rows = build_tree(given).query(keypoints)
-        assert (distances == 0).all(), "keypoints may be left out, not moved"
+        expect(
+            (distances == 0).all(),
+            "keypoints to be left out, not moved",
+            f"one moved by {distances.max():.3g}",
+        )
         found: Indices = rows
         return found
 
     def same(self, old: Features, new: Features, turn: Array) -> None:
         """Check that `new` is `old` in a frame turned by the rotation `turn`."""
-        assert len(new.keypoints) == len(old.keypoints)
-        assert new.oriented == old.oriented
-        np.testing.assert_allclose(new.descriptors, old.descriptors, atol=self.tolerance)
+        equal("the same number of described keypoints", len(new.keypoints), len(old.keypoints))
+        equal("the same Features.oriented", new.oriented, old.oriented)
+        close("the same descriptors", new.descriptors, old.descriptors, atol=self.tolerance)
         spreads = new.descriptor_spread, old.descriptor_spread
-        np.testing.assert_allclose(*spreads, atol=self.tolerance)
+        close("the same descriptor_spread", *spreads, atol=self.tolerance)
         cosine = (new.normals * (old.normals @ turn.T)).sum(axis=-1)
         if not old.oriented:
             cosine = np.abs(cosine)
         stray = np.count_nonzero(np.abs(cosine - 1) > self.tolerance)
-        assert stray <= self.strays * cosine.size, "normals must turn"
+        expect(
+            stray <= self.strays * cosine.size,
+            "normals to turn with the scan",
+            f"{stray} of {cosine.size} that do not",
+        )
 
     def test_most_keypoints_are_described(self) -> None:
         keypoints, _ = self.keypoints()
         if not self.describes:
-            pytest.skip("this stage describes nothing, on purpose")
+            raise SkipTest("this stage describes nothing, on purpose")
         for arguments in self.examples().values():
-            assert len(self.call(*arguments).keypoints) > len(keypoints) / 2
+            above(
+                "more than half of the keypoints to be described",
+                len(self.call(*arguments).keypoints),
+                len(keypoints) / 2,
+            )
 
     def test_descriptors_are_invariant_and_normals_turn(self) -> None:
         for scan, keypoints, spacing in self.examples().values():
@@ -142,6 +170,8 @@ class DescribeContract(StageContract):
 
     def test_points_of_different_shape_look_different(self) -> None:
         if not self.describes:
-            pytest.skip("this stage describes nothing, on purpose")
+            raise SkipTest("this stage describes nothing, on purpose")
         found = self.call(*self.examples()["sensor far away"]).descriptors
-        assert (found.std(axis=0) > 0).any(), "descriptors must tell points apart"
+        expect(
+            (found.std(axis=0) > 0).any(), "descriptors that tell points apart", "the same for all"
+        )

@@ -13,6 +13,7 @@ from mvreg.testing.base import StageContract
 from mvreg.testing.compare import assert_finite, case, sorted_rows
 from mvreg.testing.scans import blob_scans, degenerate_points
 from mvreg.testing.views import AXES_SWAPPED, MOTION, UNITS, scaled_scan
+from mvreg.testing.words import below, close, equal, expect, is_a
 from mvreg.types import Array, Sample, Scan
 
 
@@ -41,53 +42,89 @@ class DownsampleContract(StageContract):
 
     def verify(self, arguments: tuple[Any, ...], answer: Any) -> None:
         samples, spacing = answer
-        assert isinstance(spacing, float)
-        assert np.isfinite(spacing)
-        assert spacing > 0
-        assert len(samples) == len(arguments[0])
+        is_a("the spacing", spacing, float)
+        expect(0 < spacing < np.inf, "a spacing that is positive and finite", spacing)
+        equal("a sample per scan", len(samples), len(arguments[0]))
         for scan, sample in zip(arguments[0], samples, strict=True):
             with case(scan.name):
-                assert isinstance(sample, Sample)
+                is_a("every sample", sample, Sample)
                 self.verify_points(sample.points, scan, spacing)
                 self.verify_points(sample.keypoints, scan, spacing)
 
     def verify_points(self, points: Array, scan: Scan, spacing: float) -> None:
         """Some points, (N, 3) float64, no more than the scan has, none far from it."""
-        assert points.dtype == np.float64
-        assert points.shape == (len(points), 3)
+        equal("arrays of dtype", points.dtype, np.dtype(np.float64))
+        equal("points of shape", points.shape, (len(points), 3))
         assert_finite(points=points)
-        assert 1 <= len(points) <= len(scan.points), "at least one point must be left"
+        expect(
+            1 <= len(points) <= len(scan.points),
+            f"1 to {len(scan.points)} points",
+            f"{len(points)}",
+        )
         extent = np.ptp(scan.points, axis=0).max()
         distances, _ = build_tree(scan.points).query(points)
-        assert distances.max() <= spacing + 1e-9 * extent, "a sample is off the surface"
+        expect(
+            distances.max() <= spacing + 1e-9 * extent,
+            f"samples within {spacing:.3g} of the scan's points",
+            f"one {distances.max():.3g} away",
+        )
 
     def test_it_thins_out(self) -> None:
         samples, _ = self.call(self.scans())
         for scan, sample in zip(self.scans(), samples, strict=True):
-            assert len(sample.keypoints) < len(scan.points)
-            assert len(sample.points) <= len(scan.points)
+            below(
+                "fewer keypoints than the scan has points: their number",
+                len(sample.keypoints),
+                len(scan.points),
+            )
+            expect(
+                len(sample.points) <= len(scan.points),
+                f"at most the {len(scan.points)} points of the scan",
+                f"{len(sample.points)}",
+            )
 
     def test_the_unit_of_length_does_not_matter(self) -> None:
         samples, spacing = self.call(self.scans())
         for unit in UNITS:
             scans = tuple(scaled_scan(scan, unit) for scan in self.scans())
             again, other = self.call(scans)
-            np.testing.assert_allclose(other, spacing * unit, rtol=1e-9)
+            close("a spacing in the unit of the scans", other, spacing * unit, rtol=1e-9)
             for old, new in zip(samples, again, strict=True):
-                np.testing.assert_allclose(new.points, old.points * unit, rtol=1e-9)
-                np.testing.assert_allclose(new.keypoints, old.keypoints * unit, rtol=1e-9)
+                close("the same points in another unit", new.points, old.points * unit, rtol=1e-9)
+                close(
+                    "the same keypoints in another unit",
+                    new.keypoints,
+                    old.keypoints * unit,
+                    rtol=1e-9,
+                )
 
     def test_the_frame_hardly_matters(self) -> None:
         """Grids and strides are not equivariant; how much they leave must be, nearly."""
         samples, spacing = self.call(self.scans())
         for motion in (AXES_SWAPPED, MOTION):
             again, other = self.call(tuple(scan.moved(motion) for scan in self.scans()))
-            assert abs(other / spacing - 1) < self.phase
+            below(
+                "about the same spacing in another frame: relative difference",
+                abs(other / spacing - 1),
+                self.phase,
+            )
             for old, new in zip(samples, again, strict=True):
-                assert abs(len(new.points) / len(old.points) - 1) < self.phase
-                assert abs(len(new.keypoints) / len(old.keypoints) - 1) < self.phase
+                below(
+                    "about as many points in another frame: relative difference",
+                    abs(len(new.points) / len(old.points) - 1),
+                    self.phase,
+                )
+                below(
+                    "about as many keypoints in another frame: relative difference",
+                    abs(len(new.keypoints) / len(old.keypoints) - 1),
+                    self.phase,
+                )
                 tree = build_tree(se3.apply(motion, old.keypoints))
-                assert tree.query(new.keypoints)[0].max() < 2 * spacing
+                below(
+                    "keypoints in another frame to be near those in the first: distance",
+                    tree.query(new.keypoints)[0].max(),
+                    2 * spacing,
+                )
 
     def test_the_order_of_the_points_does_not_matter(self) -> None:
         if not self.ignores_point_order:
@@ -96,7 +133,15 @@ class DownsampleContract(StageContract):
         shuffled = tuple(Scan(s.name, rng.permutation(s.points)) for s in self.scans())
         samples, spacing = self.call(self.scans())
         again, other = self.call(shuffled)
-        np.testing.assert_allclose(other, spacing)
+        close("the same spacing in another order of the points", other, spacing)
         for old, new in zip(samples, again, strict=True):
-            np.testing.assert_allclose(sorted_rows(new.keypoints), sorted_rows(old.keypoints))
-            np.testing.assert_allclose(sorted_rows(new.points), sorted_rows(old.points))
+            close(
+                "the same keypoints in another order of the points",
+                sorted_rows(new.keypoints),
+                sorted_rows(old.keypoints),
+            )
+            close(
+                "the same points in another order of the points",
+                sorted_rows(new.points),
+                sorted_rows(old.points),
+            )

@@ -25,6 +25,7 @@ from mvreg.testing.views import (
     scaled_registration,
     scaled_view,
 )
+from mvreg.testing.words import close, equal, expect, is_a
 from mvreg.types import Edge, Registration, Verdict, View, ViewGraph
 
 
@@ -45,7 +46,11 @@ def wrong(degrees: float = 150.0) -> Registration:
     turned = se3.from_parts(turn, centre - turn @ centre)
     found = TrimmedICP()(pair.source, pair.target, pair.T_target_source @ turned)
     off = se3.rotation_angle(found.T_target_source, pair.T_target_source)
-    assert np.rad2deg(off) > 20, "the refinement found the right pose again"
+    expect(
+        np.rad2deg(off) > 20,
+        "the suite's own wrong pose to be wrong",
+        f"{np.rad2deg(off):.3g} degrees",
+    )
     return found
 
 
@@ -53,6 +58,12 @@ def scaled_edge(edge: Edge, unit: float) -> Edge:
     """The same edge in another unit of length."""
     pose = se3.from_parts(edge.T_target_source[:3, :3], edge.T_target_source[:3, 3] * unit)
     return replace(edge, T_target_source=pose, trimmed_mse=edge.trimmed_mse * unit**2)
+
+
+def told(verdict: Verdict) -> str:
+    """A verdict in words."""
+    score = f"score {verdict.score:.3g}, threshold {verdict.threshold:.3g}"
+    return f"{verdict.reason!r}, {score}"
 
 
 class JudgeContract(StageContract):
@@ -79,18 +90,27 @@ class JudgeContract(StageContract):
         return cases
 
     def verify(self, arguments: tuple[Any, ...], answer: Any) -> None:
-        assert isinstance(answer, Verdict)
-        assert isinstance(answer.reliable, bool)
-        assert isinstance(answer.score, float)
-        assert isinstance(answer.threshold, float)
-        assert not np.isnan([answer.score, answer.threshold]).any(), "NaN is no verdict"
-        assert answer.reason.strip(), "a verdict gives its reason"
+        is_a("the answer", answer, Verdict)
+        is_a("Verdict.reliable", answer.reliable, bool)
+        is_a("Verdict.score", answer.score, float)
+        is_a("Verdict.threshold", answer.threshold, float)
+        expect(
+            not np.isnan([answer.score, answer.threshold]).any(),
+            "a score and a threshold that are numbers",
+            f"{answer.score} and {answer.threshold}",
+        )
+        expect(answer.reason.strip(), "a verdict that gives its reason", "none")
 
     def test_right_is_accepted(self) -> None:
         for name, arguments in self.examples().items():
             if name.startswith("right"):
                 with case(name):
-                    assert self.call(*arguments).reliable
+                    verdict = self.call(*arguments)
+                    expect(
+                        verdict.reliable,
+                        "a right registration to be relied on",
+                        told(verdict),
+                    )
 
     def test_wrong_is_not_accepted(self) -> None:
         pair = overlap()
@@ -98,7 +118,11 @@ class JudgeContract(StageContract):
             for graph in (ViewGraph(), graph_of(right(), right())):
                 with case(f"turned by {degrees} degrees"):
                     verdict = self.call(wrong(degrees), pair.source, pair.target, graph)
-                    assert not verdict.reliable
+                    expect(
+                        not verdict.reliable,
+                        "a wrong registration not to be relied on",
+                        told(verdict),
+                    )
 
     def test_the_frame_does_not_matter(self) -> None:
         back = se3.invert(MOTION)
@@ -130,7 +154,16 @@ class JudgeContract(StageContract):
 
     def same(self, old: Verdict, new: Verdict) -> None:
         """Check that two verdicts agree; scores may have a unit, their ratio has none."""
-        assert (new.reliable, new.reason) == (old.reliable, old.reason)
+        equal(
+            "the same verdict in another frame or unit of length",
+            (new.reliable, new.reason),
+            (old.reliable, old.reason),
+        )
         if old.threshold:
             ratio = new.score / new.threshold
-            np.testing.assert_allclose(ratio, old.score / old.threshold, rtol=1e-6)
+            close(
+                "the same ratio of score and threshold in another frame or unit",
+                ratio,
+                old.score / old.threshold,
+                rtol=1e-6,
+            )

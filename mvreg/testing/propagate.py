@@ -30,6 +30,7 @@ from mvreg.testing.views import (
     scaled_view,
     shuffled_view,
 )
+from mvreg.testing.words import below, equal, expect, is_a, same_array
 from mvreg.types import Array, Candidates, Matches, View
 
 
@@ -64,13 +65,17 @@ class PropagateContract(StageContract):
 
     def verify(self, arguments: tuple[Any, ...], answer: Any) -> None:
         source, target, _ = arguments
-        assert isinstance(answer, Candidates)
+        is_a("the answer", answer, Candidates)
         count = len(answer)
-        assert answer.poses.shape == (count, 4, 4)
-        assert answer.scores.shape == (count,)
-        assert len(answer.matches) == count
+        equal("Candidates.poses of shape", answer.poses.shape, (count, 4, 4))
+        equal("Candidates.scores of shape", answer.scores.shape, (count,))
+        equal("an array of matches per pose", len(answer.matches), count)
         assert_finite(scores=answer.scores)
-        assert (np.diff(answer.scores) >= 0).all(), "candidates must come best first"
+        expect(
+            (np.diff(answer.scores) >= 0).all(),
+            "candidates by ascending score, the best first",
+            answer.scores.tolist(),
+        )
         for pose, matches in zip(answer.poses, answer.matches, strict=True):
             assert_rigid(pose)
             sizes = (len(view.features.keypoints) for view in (source, target))
@@ -86,21 +91,34 @@ class PropagateContract(StageContract):
         near = (angles < self.max_angle) & (shifts < self.max_shift * view.scale.spacing)
         return bool(near.any())
 
+    def near(self, answer: Candidates, truth: Array, view: View) -> None:
+        """Raise AssertionError unless one of the candidates is near the truth."""
+        expect(
+            self.close(answer, truth, view),
+            f"a candidate within {self.max_angle:g} degrees and {self.max_shift:g} spacings of the "
+            "true pose",
+            f"{len(answer)} candidates, none of them",
+        )
+
     def test_views_that_overlap_are_found(self) -> None:
         pair = overlap()
         answer = self.call(pair.source, pair.target, self.seeds(pair.source, pair.target))
-        assert self.close(answer, pair.T_target_source, pair.source)
+        self.near(answer, pair.T_target_source, pair.source)
 
     def test_a_view_finds_itself(self) -> None:
         view = overlap().source
         other = moved_view(view, MOTION)
-        assert self.close(self.call(view, other, self.seeds(view, other)), MOTION, view)
+        self.near(self.call(view, other, self.seeds(view, other)), MOTION, view)
 
     def test_what_has_no_keypoints_has_no_candidates(self) -> None:
         for name, arguments in self.degenerate().items():
             if any(word in name for word in ("no seeds", "no keypoints", "one point")):
                 with case(name):
-                    assert len(self.call(*arguments)) == 0
+                    equal(
+                        "no candidate where there is nothing to go by",
+                        len(self.call(*arguments)),
+                        0,
+                    )
 
     def test_poses_move_with_the_views(self) -> None:
         pair = overlap()
@@ -112,7 +130,11 @@ class PropagateContract(StageContract):
             new = self.call(source, target, seeds).poses[0]
             expected = second @ old @ se3.invert(first)
             limit = self.tolerance * source.scale.spacing
-            assert apart(new, expected, source.features.keypoints) < limit
+            below(
+                "the first candidate to move with the views: keypoints apart",
+                apart(new, expected, source.features.keypoints),
+                limit,
+            )
 
     def test_the_unit_of_length_does_not_matter(self) -> None:
         pair = overlap()
@@ -120,10 +142,14 @@ class PropagateContract(StageContract):
         old = self.call(pair.source, pair.target, seeds)
         for unit in UNITS:
             new = self.call(scaled_view(pair.source, unit), scaled_view(pair.target, unit), seeds)
-            assert len(new) == len(old)
+            equal("as many candidates in another unit of length", len(new), len(old))
             for pose, expected in zip(new.poses, old.poses, strict=True):
                 limit = 1e-6 * pair.source.scale.spacing
-                assert apart(scaled_pose(pose, 1 / unit), expected, pair.source.points) < limit
+                below(
+                    "the same candidates in another unit of length: points apart",
+                    apart(scaled_pose(pose, 1 / unit), expected, pair.source.points),
+                    limit,
+                )
 
     def test_the_unit_of_the_descriptors_does_not_matter(self) -> None:
         """Tolerances are relative to the spread, be it declared or estimated."""
@@ -135,14 +161,16 @@ class PropagateContract(StageContract):
                 for view in (pair.source, pair.target)
             ]
             old = self.call(*views, seeds)
-            assert self.close(old, pair.T_target_source, pair.source)
+            self.near(old, pair.T_target_source, pair.source)
             for unit in UNITS:
                 new = self.call(*(rescaled_descriptors(view, unit) for view in views), seeds)
-                np.testing.assert_array_equal(new.poses, old.poses)
+                same_array(
+                    "the same candidates in another unit of the descriptors", new.poses, old.poses
+                )
 
     def test_the_order_of_the_keypoints_hardly_matters(self) -> None:
         """What is drawn at random differs; what is found must not."""
         pair = overlap()
         source, target = shuffled_view(pair.source, 1)[0], shuffled_view(pair.target, 2)[0]
         answer = self.call(source, target, self.seeds(source, target))
-        assert self.close(answer, pair.T_target_source, source)
+        self.near(answer, pair.T_target_source, source)

@@ -26,6 +26,7 @@ from mvreg.testing.views import (
     scaled_view,
     shuffled_view,
 )
+from mvreg.testing.words import below, close, equal, expect, is_a
 from mvreg.types import Array, Registration, View
 
 
@@ -73,31 +74,61 @@ class RefineContract(StageContract):
 
     def verify(self, arguments: tuple[Any, ...], answer: Any) -> None:
         source, target, _ = arguments
-        assert isinstance(answer, Registration)
-        assert (answer.source, answer.target) == (source.name, target.name)
+        is_a("the answer", answer, Registration)
+        equal(
+            "the names of source and target",
+            (answer.source, answer.target),
+            (source.name, target.name),
+        )
         assert_rigid(answer.T_target_source)
         assert_indices(answer.pairs, len(source.points), len(target.points))
-        assert len(answer.pairs) >= 1, "a registration rests on one pair at least"
-        assert 0 < answer.overlap <= 1
+        expect(len(answer.pairs) >= 1, "a registration that rests on one pair at least", "none")
+        expect(0 < answer.overlap <= 1, "an overlap in (0, 1]", answer.overlap)
         assert_finite(mse=answer.trimmed_mse, objective=answer.objective)
-        assert isinstance(answer.iterations, int)
-        assert isinstance(answer.converged, bool)
+        is_a("Registration.iterations", answer.iterations, int)
+        is_a("Registration.converged", answer.converged, bool)
         i, j = answer.pairs.T
         gaps = se3.apply(answer.T_target_source, source.points[i]) - target.points[j]
         size = 1e-9 * max(np.abs(target.points).max(), np.abs(gaps).max())
         lengths = np.linalg.norm(gaps, axis=1)
-        np.testing.assert_allclose(answer.distances, lengths, rtol=1e-6, atol=size)
+        close(
+            "distances of the pairs under the pose that is returned",
+            answer.distances,
+            lengths,
+            rtol=1e-6,
+            atol=size,
+        )
         squares = (answer.distances**2).mean()
-        np.testing.assert_allclose(answer.trimmed_mse, squares, rtol=1e-6, atol=size**2)
-        np.testing.assert_allclose(answer.trim_distance, answer.distances.max(), rtol=1e-9)
+        close(
+            "trimmed_mse to be the mean of the squared distances",
+            answer.trimmed_mse,
+            squares,
+            rtol=1e-6,
+            atol=size**2,
+        )
+        close(
+            "trim_distance to be the largest distance",
+            answer.trim_distance,
+            answer.distances.max(),
+            rtol=1e-9,
+        )
         if self.partial_overlap:
-            assert abs(answer.overlap * len(source.points) - len(i)) < 1, "overlap is their share"
+            expect(
+                abs(answer.overlap * len(source.points) - len(i)) < 1,
+                "overlap to be the share of the source's points that are in pairs",
+                f"{answer.overlap:.3g} with {len(i)} pairs of {len(source.points)} points",
+            )
 
     def test_a_view_finds_itself(self) -> None:
         view = overlap().source
         other = moved_view(view, MOTION)
         found = self.call(view, other, MOTION @ nudge(view, *self.start)).T_target_source
-        assert apart(found, MOTION, view.points) < self.exact * view.resolution
+        below(
+            "a view to find itself: points misplaced",
+            apart(found, MOTION, view.points) / view.resolution,
+            self.exact,
+            " resolutions",
+        )
 
     def test_scans_that_overlap_in_part_fit(self) -> None:
         pair, begin = overlap(), self.begin()
@@ -105,13 +136,22 @@ class RefineContract(StageContract):
         found = self.call(*begin).T_target_source
         after = apart(found, pair.T_target_source, pair.source.points)
         if self.partial_overlap:
-            assert after < min(before, self.sampled * pair.source.resolution)
+            below(
+                "two scans that overlap to fit better than at the start: points misplaced",
+                after,
+                min(before, self.sampled * pair.source.resolution),
+            )
 
     def test_it_stays_where_it_has_arrived(self) -> None:
         source, target, start = self.begin()
         found = self.call(source, target, start).T_target_source
         again = self.call(source, target, found).T_target_source
-        assert apart(found, again, source.points) < 0.1 * source.resolution
+        below(
+            "to stay where it has arrived: points moved",
+            apart(found, again, source.points) / source.resolution,
+            0.1,
+            " resolutions",
+        )
 
     def test_poses_move_with_the_views(self) -> None:
         source, target, start = self.begin()
@@ -121,7 +161,12 @@ class RefineContract(StageContract):
             views = moved_view(source, first), moved_view(target, second)
             found = self.call(*views, second @ start @ se3.invert(first)).T_target_source
             back = se3.invert(second) @ found @ first
-            assert apart(back, old, source.points) < self.tolerance * source.resolution
+            below(
+                "the same pose in other frames: points apart",
+                apart(back, old, source.points) / source.resolution,
+                self.tolerance,
+                " resolutions",
+            )
 
     def test_the_unit_of_length_does_not_matter(self) -> None:
         source, target, start = self.begin()
@@ -130,9 +175,18 @@ class RefineContract(StageContract):
             views = scaled_view(source, unit), scaled_view(target, unit)
             new = self.call(*views, scaled_pose(start, unit))
             pose = scaled_pose(new.T_target_source, 1 / unit)
-            assert apart(pose, old.T_target_source, source.points) < 1e-6 * source.resolution
-            np.testing.assert_allclose(new.overlap, old.overlap)
-            np.testing.assert_allclose(new.trimmed_mse, old.trimmed_mse * unit**2)
+            below(
+                "the same pose in another unit of length: points apart",
+                apart(pose, old.T_target_source, source.points) / source.resolution,
+                1e-6,
+                " resolutions",
+            )
+            close("the same overlap in another unit of length", new.overlap, old.overlap)
+            close(
+                "the same trimmed_mse, in the other unit squared",
+                new.trimmed_mse,
+                old.trimmed_mse * unit**2,
+            )
 
     def test_the_order_of_the_points_does_not_matter(self) -> None:
         source, target, start = self.begin()
@@ -140,4 +194,8 @@ class RefineContract(StageContract):
         shuffled = shuffled_view(source, 1)[0], shuffled_view(target, 2)[0]
         new = self.call(*shuffled, start)
         limit = self.tolerance * source.resolution
-        assert apart(new.T_target_source, old.T_target_source, source.points) < limit
+        below(
+            "the same pose in another order of the points: points apart",
+            apart(new.T_target_source, old.T_target_source, source.points),
+            limit,
+        )

@@ -8,19 +8,20 @@ import numpy as np
 
 from mvreg.geometry import se3
 from mvreg.testing.compare import apart, assert_rigid
+from mvreg.testing.words import equal, expect, is_a, same_array
 from mvreg.types import Array, Pair, Result, Verdict, View
 
 
 def assert_result(result: Result, views: Sequence[View]) -> None:
     """Every view has a pose or is reported, once; the reference stays where it is."""
-    assert isinstance(result, Result)
+    is_a("the answer", result, Result)
     names = [view.name for view in views]
-    assert result.reference in names
-    np.testing.assert_array_equal(result.poses[result.reference], np.eye(4))
+    expect(result.reference in names, f"a reference among {names}", result.reference)
+    same_array("the identity for the reference", result.poses[result.reference], np.eye(4))
     placed, left = list(result.poses), list(result.unregistered)
-    assert sorted(placed + left) == sorted(names), "every view is placed or reported, once"
-    assert isinstance(result.unregistered, tuple)
-    assert isinstance(result.pairs, tuple)
+    equal("every view to be placed or reported, once", sorted(placed + left), sorted(names))
+    is_a("Result.unregistered", result.unregistered, tuple)
+    is_a("Result.pairs", result.pairs, tuple)
     for pose in result.poses.values():
         assert_rigid(pose)
     for pair in result.pairs:
@@ -29,12 +30,20 @@ def assert_result(result: Result, views: Sequence[View]) -> None:
 
 def assert_pair(pair: Pair, names: set[str]) -> None:
     """The record of an attempt is complete, or says that there was no candidate."""
-    assert isinstance(pair, Pair)
-    assert {pair.source, pair.target} <= names
-    assert isinstance(pair.verdict, Verdict)
+    is_a("every pair", pair, Pair)
+    expect(
+        {pair.source, pair.target} <= names,
+        f"pairs of {sorted(names)}",
+        f"{pair.source!r} and {pair.target!r}",
+    )
+    is_a("Pair.verdict", pair.verdict, Verdict)
     empty = [x is None for x in (pair.T_target_source, pair.overlap, pair.trimmed_mse)]
-    assert all(empty) or not any(empty)
-    assert not (all(empty) and pair.verdict.reliable), "reliable without a pose"
+    expect(
+        all(empty) or not any(empty),
+        "pose, overlap and trimmed_mse of a pair, or None for all three",
+        "some of them",
+    )
+    expect(not (all(empty) and pair.verdict.reliable), "a pose for a reliable pair", "none")
 
 
 def misplacement(

@@ -21,6 +21,7 @@ from mvreg.testing.views import (
     scaled_view,
     shuffled_view,
 )
+from mvreg.testing.words import above, close, equal, expect, is_a, same_array
 from mvreg.types import Matches
 
 
@@ -44,13 +45,21 @@ class SeedContract(StageContract):
 
     def verify(self, arguments: tuple[Any, ...], answer: Any) -> None:
         source, target = (len(view.features.keypoints) for view in arguments)
-        assert isinstance(answer, Matches)
+        is_a("the answer", answer, Matches)
         assert_indices(answer.indices, source, target)
-        assert answer.distances.shape == (len(answer),)
-        assert answer.distances.dtype == np.float64
+        equal("Matches.distances of shape", answer.distances.shape, (len(answer),))
+        equal("Matches.distances of dtype", answer.distances.dtype, np.dtype(np.float64))
         assert_finite(distances=answer.distances)
-        assert (answer.distances >= 0).all()
-        assert (np.diff(answer.distances) >= 0).all(), "matches must come best first"
+        expect(
+            (answer.distances >= 0).all(),
+            "distances of 0 or more",
+            f"{answer.distances.min(initial=0):.3g}",
+        )
+        expect(
+            (np.diff(answer.distances) >= 0).all(),
+            "matches by ascending distance, the best first",
+            "another order",
+        )
 
     def pairs(self, answer: Matches) -> set[tuple[int, int]]:
         """The matches without their order."""
@@ -58,12 +67,16 @@ class SeedContract(StageContract):
 
     def test_views_that_overlap_give_seeds(self) -> None:
         pair = overlap()
-        assert len(self.call(pair.source, pair.target)) > 0
+        above(
+            "seeds between views that overlap: their number",
+            len(self.call(pair.source, pair.target)),
+            0,
+        )
 
     def test_without_keypoints_there_are_no_seeds(self) -> None:
         for name, arguments in self.degenerate().items():
             if "no keypoints" in name:
-                assert len(self.call(*arguments)) == 0
+                equal("no seeds where there are no keypoints", len(self.call(*arguments)), 0)
 
     def test_neither_frame_nor_unit_matters(self) -> None:
         pair = overlap()
@@ -74,15 +87,26 @@ class SeedContract(StageContract):
         ]
         for source, target in others:
             new = self.call(source, target)
-            np.testing.assert_array_equal(new.indices, old.indices)
-            np.testing.assert_allclose(new.distances, old.distances, rtol=1e-9)
+            same_array(
+                "the same seeds in another frame or unit of length", new.indices, old.indices
+            )
+            close(
+                "the same distances in another frame or unit of length",
+                new.distances,
+                old.distances,
+                rtol=1e-9,
+            )
 
     def test_the_unit_of_the_descriptors_does_not_matter(self) -> None:
         pair = overlap()
         old = self.call(pair.source, pair.target)
         for unit in UNITS:
             views = (rescaled_descriptors(view, unit) for view in (pair.source, pair.target))
-            np.testing.assert_array_equal(self.call(*views).indices, old.indices)
+            same_array(
+                "the same seeds in another unit of the descriptors",
+                self.call(*views).indices,
+                old.indices,
+            )
 
     def test_the_order_of_the_keypoints_does_not_matter(self) -> None:
         pair = overlap()
@@ -92,10 +116,17 @@ class SeedContract(StageContract):
         back = Matches(
             np.stack([i[new.indices[:, 0]], j[new.indices[:, 1]]], axis=1), new.distances
         )
-        assert self.pairs(back) == self.pairs(self.call(pair.source, pair.target))
+        before = self.pairs(self.call(pair.source, pair.target))
+        differ = len(self.pairs(back) ^ before)
+        expect(not differ, "the same seeds in another order of the keypoints", f"{differ} others")
 
     def test_a_view_finds_itself(self) -> None:
         view = overlap().source
         found = self.call(view, moved_view(view, MOTION)).indices
-        assert len(found) > 0
-        assert (found[:, 0] == found[:, 1]).mean() >= self.self_matches
+        above("seeds between a view and itself: their number", len(found), 0)
+        share = float((found[:, 0] == found[:, 1]).mean())
+        expect(
+            share >= self.self_matches,
+            f"a share of {self.self_matches:g} of the seeds between a view and itself to be right",
+            f"{share:.3g}",
+        )

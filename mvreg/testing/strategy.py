@@ -25,6 +25,7 @@ from mvreg.testing.views import (
     scaled_pose,
     scaled_view,
 )
+from mvreg.testing.words import below, equal, expect
 from mvreg.types import Array, Result, View
 
 
@@ -71,27 +72,50 @@ class StrategyContract(StageContract):
     def test_views_that_overlap_are_placed(self) -> None:
         views = blob_views(3)
         answer = self.call(list(views), pipeline())
-        assert answer.unregistered == ()
-        assert len(answer.pairs) >= len(views) - 1
-        assert self.misplaced(answer, views) < self.sampled
+        equal("all of three views that overlap to be placed: unregistered", answer.unregistered, ())
+        expect(
+            len(answer.pairs) >= len(views) - 1,
+            "every attempt to be recorded",
+            f"{len(answer.pairs)} pairs for {len(views)} views",
+        )
+        below(
+            "placed views to be where they belong: points misplaced",
+            self.misplaced(answer, views),
+            self.sampled,
+            " resolutions",
+        )
 
     def test_what_cannot_be_placed_is_reported(self) -> None:
         views, pipe = self.examples()["one has no keypoints"]
         answer = self.call(views, pipe)
-        assert answer.unregistered == ("bare",)
-        assert self.misplaced(answer, views[:2]) < self.sampled
+        equal(
+            "the view without keypoints to be reported: unregistered",
+            answer.unregistered,
+            ("bare",),
+        )
+        below(
+            "placed views to be where they belong: points misplaced",
+            self.misplaced(answer, views[:2]),
+            self.sampled,
+            " resolutions",
+        )
 
     def test_poses_move_with_the_views(self) -> None:
         views, truth = blob_views(3), self.truth()
         motions = [se3.random(np.random.default_rng(i), 90.0) for i in range(len(views))]
         there = [moved_view(view, motion) for view, motion in zip(views, motions, strict=True)]
         answer = self.call(there, pipeline())
-        assert answer.unregistered == ()
+        equal("all of three views that overlap to be placed: unregistered", answer.unregistered, ())
         expected = {
             view.name: truth[view.name] @ se3.invert(motion)
             for view, motion in zip(views, motions, strict=True)
         }
-        assert misplacement(answer.poses, expected, there, answer.reference) < self.sampled
+        below(
+            "poses to move with the views: points misplaced",
+            misplacement(answer.poses, expected, there, answer.reference),
+            self.sampled,
+            " resolutions",
+        )
 
     def test_the_unit_of_length_does_not_matter(self) -> None:
         views = blob_views(3)
@@ -99,13 +123,21 @@ class StrategyContract(StageContract):
         for unit in UNITS:
             there = [scaled_view(view, unit) for view in views]
             new = self.call(there, pipeline())
-            assert list(new.poses) == list(old.poses)
+            equal(
+                "the same scans placed in another unit of length", list(new.poses), list(old.poses)
+            )
             expected = {name: scaled_pose(pose, unit) for name, pose in old.poses.items()}
-            assert misplacement(new.poses, expected, there, new.reference) < 1e-6
+            below(
+                "the same poses in another unit of length: points misplaced",
+                misplacement(new.poses, expected, there, new.reference),
+                1e-6,
+                " resolutions",
+            )
 
     def test_observers_do_not_change_the_answer(self) -> None:
         views = blob_views(3)
         told: list[Event] = []
         observed = self.call(list(views), pipeline().observed_by(told.append))
-        assert told, "observers are told nothing"
-        assert self.essence(observed) == self.essence(self.call(list(views), pipeline()))
+        expect(told, "observers to be told of the pairs, by the pipeline's methods", "no event")
+        alone = self.essence(self.call(list(views), pipeline()))
+        expect(self.essence(observed) == alone, "the same answer whether or not somebody observes")

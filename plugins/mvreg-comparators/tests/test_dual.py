@@ -1,17 +1,17 @@
 from dataclasses import replace
 
 import pytest
+from mvreg_comparators import mvreg_suites
 from mvreg_comparators.dual import DualJudge
 
 from mvreg.stages import TrimmedICP
-from mvreg.testing import JudgeContract, overlap
+from mvreg.testing import overlap
 from mvreg.testing.views import graph_of
 from mvreg.types import Model
 
 
-class TestDualJudge(JudgeContract):
-    # The suite's scans are coarse, twenty points to the radius: refined poses are off by 2 degrees.
-    stage = DualJudge(max_rotation=5.0)
+class TestDualJudge(mvreg_suites()["judge/dual"]):
+    """The contract, with a tolerance for coarse scans."""
 
 
 @pytest.fixture(scope="module")

@@ -2,6 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from mvreg_comparators import mvreg_suites
 from mvreg_comparators.dual import DualCriterion, disagreement
 from mvreg_comparators.spant import SpanningTreeStrategy
 from trees import Trusting, blobs, knowing, off, truth, turned
@@ -9,16 +10,15 @@ from trees import Trusting, blobs, knowing, off, truth, turned
 import mvreg
 from mvreg import events
 from mvreg.geometry import se3
-from mvreg.testing import StrategyContract, overlap
+from mvreg.testing import overlap
 from mvreg.testing.views import registration
 from mvreg.types import Verdict
 
 SPANT = SpanningTreeStrategy()
 
 
-class TestSpanningTreeStrategy(StrategyContract):
-    # The suite's scans are coarse, twenty points to the radius: refined poses are off by 2 degrees.
-    stage = SpanningTreeStrategy(max_rotation=5.0)
+class TestSpanningTreeStrategy(mvreg_suites()["strategy/spant"]):
+    """The contract, with a tolerance for coarse scans."""
 
 
 def run(views, pipe, strategy=SPANT):

@@ -21,3 +21,11 @@ def mvreg_stages() -> dict[str, type]:
 def mvreg_config_path() -> str:
     """Return where ``+method=open3d_multiway`` and ``+method=kiss_gicp`` are."""
     return "pkg://mvreg_peers.conf"
+
+
+@mvreg.hookimpl
+def mvreg_suites() -> dict[str, type]:
+    """Return the suites for strategies that work on raw scans."""
+    from mvreg_peers.suites import KissGicpSuite, Open3dMultiwaySuite
+
+    return {"strategy/open3d_multiway": Open3dMultiwaySuite, "strategy/kiss_gicp": KissGicpSuite}

@@ -9,38 +9,24 @@ from typing import Any, ClassVar
 
 import pytest
 from mvreg_peers import pairs
+from mvreg_peers.suites import RawScansContract
 
 import mvreg
 from mvreg import events
 from mvreg.evaluation.pose_errors import PoseErrors, pose_errors
 from mvreg.tbb import copies_of_tbb, threads_allowed
-from mvreg.testing import StrategyContract, blob_views
 from mvreg.testing.compare import digest
-from mvreg.testing.views import degenerate_views, pipeline
 from mvreg.types import Result, ScanSet
 
 #: A rotation further off is a false placement (degrees).
 WRONG = 5.0
 
 
-class PeerContract(StrategyContract):
+class PeerContract(RawScansContract):
     """The suite for strategies that work on raw scans, without keypoints; nothing is waived."""
 
     #: The module that comes with oneTBB.
     library: ClassVar[str]
-
-    def examples(self) -> dict[str, tuple[Any, ...]]:
-        """As the suite's, but the view that cannot be placed lacks points.
-
-        The suite's own lacks keypoints only, and has the points of the first view: a peer that
-        needs no keypoints places it, and rightly.
-        """
-        views = blob_views(3)
-        bare = replace(degenerate_views()["three points"], name="bare")
-        return {
-            "three views": (list(views), pipeline()),
-            "one has no keypoints": ([*views[:2], bare], pipeline()),
-        }
 
     def test_the_number_of_threads_does_not_matter(self, monkeypatch: Any) -> None:
         arguments = self.examples()["three views"]

@@ -1,0 +1,159 @@
+"""Check the plugins that are installed: whether they load, and do what their contracts ask."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any
+
+from mvreg.errors import InputError, MvregError, PluginError, few
+from mvreg.kit.besides import check_observer, check_presets
+from mvreg.kit.outcomes import Outcome, Status, Subject
+from mvreg.kit.stages import check_stage
+from mvreg.plugins import manager
+from mvreg.plugins.formats import collect_formats
+from mvreg.plugins.pluggy_manager import GROUP, HERE, HOOKS, Manager
+from mvreg.plugins.registry import Registered, register_all
+
+#: The entry point of mvreg's own stages.
+CORE = "mvreg"
+
+
+@dataclass(frozen=True)
+class Installed:
+    """An entry point and what it brings; `broken` says why it brings nothing."""
+
+    name: str
+    origin: str
+    manager: Manager | None
+    stages: Mapping[str, Registered]
+    suites: Mapping[str, type]
+    broken: str = ""
+
+    @property
+    def distribution(self) -> str:
+        """The name of the distribution, without its version."""
+        return self.origin.rpartition(" ")[0] or self.origin
+
+    @property
+    def hooks(self) -> list[str]:
+        """The hooks that it implements."""
+        if self.manager is None:
+            return []
+        return [name for name in HOOKS if getattr(self.manager.hook, name).get_hookimpls()]
+
+
+def installed() -> list[Installed]:
+    """Every plugin, each on its own: one that is broken hides no other."""
+    return [examined(entry) for entry in sorted(entry_points(group=GROUP), key=lambda e: e.name)]
+
+
+def examined(entry: EntryPoint) -> Installed:
+    """Load one plugin."""
+    origin = f"{entry.dist.name} {entry.dist.version}" if entry.dist else HERE
+    try:
+        alone = manager.build([entry])
+        stages = register_all(alone)
+        collect_formats(alone)
+        return Installed(entry.name, origin, alone, stages, suites_of(alone))
+    except MvregError as error:
+        return Installed(entry.name, origin, None, {}, {}, str(error))
+
+
+def suites_of(alone: Manager) -> dict[str, type]:
+    """What a plugin's ``mvreg_suites`` returns.
+
+    Raises
+    ------
+    PluginError
+        If it fails, or is no mapping.
+    """
+    found: dict[str, type] = {}
+    for hook in alone.hook.mvreg_suites.get_hookimpls():
+        who = f"plugin {hook.plugin_name!r} ({alone.origins.get(hook.plugin_name, HERE)})"
+        try:
+            given: Any = hook.function()
+            found |= dict(given)
+        except Exception as cause:
+            raise PluginError(
+                f"{who} failed in mvreg_suites(): {type(cause).__name__}: {cause}"
+            ) from cause
+    return found
+
+
+def check_plugins(asked: str | None, core: bool = False) -> Iterator[Outcome]:
+    """Check what is installed, or a part of it.
+
+    Parameters
+    ----------
+    asked : str, optional
+        A plugin's name, its distribution's, or a stage as ``kind=name``; None for all but mvreg's
+        own.
+    core : bool
+        mvreg's own, too.
+
+    Raises
+    ------
+    InputError
+        If there is no such plugin or stage; lists them.
+    """
+    known = installed()
+    key = (asked or "").replace("=", "/")
+    chosen = [one for one in known if asked in (one.name, one.distribution) or key in one.stages]
+    if asked is None:
+        chosen = [one for one in known if core or one.name != CORE]
+    elif not chosen:
+        names = few([f"{one.name} ({one.distribution})" for one in known])
+        raise InputError(
+            f"mvreg plugins check: expected a plugin, a distribution or a stage as kind=name, got "
+            f"{asked!r}; plugins: {names}; mvreg plugins lists the stages"
+        )
+    for one in chosen:
+        yield from check_one(one, key if key in one.stages else None)
+    if asked is None and not any(one.broken for one in known):
+        yield from check_together()
+
+
+def check_one(one: Installed, only: str | None) -> Iterator[Outcome]:
+    """Check what a plugin brings, or a single stage."""
+    subject = Subject("the plugin", one.name, one.origin)
+    if one.broken:
+        yield subject.outcome("it can be used", Status.failed, one.broken)
+        return
+    if not one.hooks:
+        yield subject.outcome(
+            "it has a hook", Status.failed,
+            f"expected a function called one of {', '.join(HOOKS)}; got none",
+        )  # fmt: skip
+    if strange := sorted(set(one.suites) - set(one.stages)):
+        yield subject.outcome(
+            "its suites are of its stages", Status.failed,
+            f"expected keys of its stages from mvreg_suites(), {few(list(one.stages))}; "
+            f"got {few(strange)}",
+        )  # fmt: skip
+    for key, entry in one.stages.items():
+        if only in (None, key):
+            yield from check_stage(entry, one.suites)
+    if only is None and one.manager is not None:
+        if "mvreg_formats" in one.hooks:
+            yield Subject("formats", one.name, one.origin).outcome(
+                "they can be registered", Status.passed
+            )
+        if "mvreg_event" in one.hooks:
+            yield from check_observer(one.manager, one.name, one.origin)
+        if "mvreg_config_path" in one.hooks:
+            yield from check_presets(one.manager, one.name, one.origin)
+
+
+def check_together() -> Iterator[Outcome]:
+    """Whether all plugins go with each other: no key and no suffix twice."""
+    subject = Subject("all plugins", "all", "together")
+
+    def meet() -> None:
+        manager.stages()
+        manager.formats()
+
+    found = subject.asked("they go with each other", meet)
+    if found.status is Status.failed:
+        yield found

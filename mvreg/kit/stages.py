@@ -1,0 +1,68 @@
+"""The contract suites of `mvreg.testing`, run on registered stages without pytest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from mvreg.errors import PluginError
+from mvreg.kit.outcomes import Outcome, Status, Subject
+from mvreg.plugins.registry import REQUIRED, Registered
+from mvreg.testing import SUITES
+
+
+def check_stage(entry: Registered, suites: Mapping[str, type]) -> Iterator[Outcome]:
+    """Run the suite of a stage's kind, or what its plugin has instead: an outcome per test."""
+    subject = Subject(f"{entry.kind}={entry.name}", entry.plugin, entry.origin)
+    needed = [name for name, value in entry.parameters.items() if value is REQUIRED]
+    if needed and entry.key not in suites:
+        yield subject.outcome(
+            "has a suite", Status.skipped,
+            f"needs {', '.join(needed)}; let mvreg_suites() return a suite with such a stage",
+        )  # fmt: skip
+        return
+    made = subject.asked("has a suite", lambda: suite_of(entry, suites)(), entry.cls)
+    if made.status is Status.failed:
+        yield made
+        return
+    suite = suite_of(entry, suites)()
+    for name in tests_of(type(suite)):
+        yield subject.asked(in_words(name), getattr(suite, name), entry.cls)
+
+
+def suite_of(entry: Registered, suites: Mapping[str, type]) -> type:
+    """The class with the tests of a stage.
+
+    Raises
+    ------
+    PluginError
+        If what the plugin has is no suite of this kind, or of another stage.
+    """
+    contract = SUITES[entry.kind]
+    special = suites.get(entry.key)
+    if special is None:
+        return type("Suite", (contract,), {"stage": entry.cls()})
+    if not (isinstance(special, type) and issubclass(special, contract)):
+        raise PluginError(
+            f"expected a subclass of mvreg.testing.{contract.__name__} for {entry.key!r} of "
+            f"mvreg_suites(); got {special!r}"
+        )
+    stage = getattr(special(), "stage", None)
+    if not isinstance(stage, entry.cls):
+        raise PluginError(
+            f"expected {special.__name__}.stage to be a {entry.cls.__name__}; got {stage!r}"
+        )
+    return special
+
+
+def tests_of(suite: type) -> list[str]:
+    """The names of a suite's tests, those of all stages first, in the order of the source."""
+    found: dict[str, Any] = {}
+    for cls in reversed(suite.__mro__):
+        found |= {name: None for name in vars(cls) if name.startswith("test_")}
+    return list(found)
+
+
+def in_words(test: str) -> str:
+    """A test's name as a sentence."""
+    return test.removeprefix("test_").replace("_", " ")
