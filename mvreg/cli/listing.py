@@ -21,6 +21,7 @@ Usage:
   mvreg look FOLDER        what a folder of scans holds, and what looks wrong with it
   mvreg plugins [KIND]     every stage: what it does, its parameters, who registered it
   mvreg plugins check [NAME]   whether plugins do what their contracts ask; --all: mvreg's own too
+  mvreg new-plugin NAME KIND   a plugin that works, to be changed into one's own
   mvreg inspect [FOLDER]   the table of a finished run, by default of the newest
   mvreg add [RUN]          register the scans that have come since; those in the model stay
   mvreg export RUN FORMAT...   a finished run for other programs; mvreg export --list

@@ -30,7 +30,7 @@ SEVERITY = (DONE, NOT_PLACED, WRONG_INPUT, BUG, INTERRUPTED)  # from good to bad
 #: Names the file to which every job of a run adds its exit code; Hydra passes no results back, and
 #: some launchers start processes of their own, which inherit the environment.
 CODES = "MVREG_EXIT_CODES"
-#: The subcommands: functions of their name, in these modules.
+#: The subcommands: functions of their name, in these modules; "_" for "-".
 COMMANDS = {
     "plugins": "mvreg.cli.listing",
     "inspect": "mvreg.cli.listing",
@@ -41,6 +41,7 @@ COMMANDS = {
     "export": "mvreg.cli.export",
     "store": "mvreg.cli.kept",
     "add": "mvreg.cli.add",
+    "new-plugin": "mvreg.cli.new",
 }
 
 
@@ -73,7 +74,8 @@ def dispatch(words: list[str]) -> int:
     if "--version" in words:
         return listing.version()
     if first in COMMANDS:
-        command: Callable[[list[str]], int] = getattr(import_module(COMMANDS[first]), first)
+        name = first.replace("-", "_")
+        command: Callable[[list[str]], int] = getattr(import_module(COMMANDS[first]), name)
         return command(words[1:])
     return run_hydra(words)
 

@@ -27,6 +27,7 @@ from mvreg.errors import InputError, MvregError
 from mvreg.execution.shards import Shards
 from mvreg.execution.threads import Executor, Threads
 from mvreg.plugins import manager
+from mvreg.stage_calls.culprit import stage_error
 
 VERSION_BASE = "1.3"
 
@@ -127,6 +128,8 @@ def stage_from(config: DictConfig, kind: str) -> Any:
             raise
         except (TypeError, ValueError) as error:  # from a plugin's __post_init__
             raise InputError(f"{kind}={names[found]}: {error}") from error
+        except Exception as error:  # a bug there
+            raise stage_error(kind, "__post_init__", found, error) from error
 
 
 def stages_from(config: DictConfig) -> dict[str, Any]:

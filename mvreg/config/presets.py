@@ -13,12 +13,13 @@ from typing import Any
 
 from mvreg.errors import PluginError
 from mvreg.plugins import manager
+from mvreg.plugins.pluggy_manager import HERE
 
 CONFIG_PATH = "pkg://mvreg.conf"
 
 
 def plugin_paths() -> list[tuple[str, Any]]:
-    """Name and Hydra search path of every plugin that has presets.
+    """Every plugin that has presets, for messages, and its Hydra search path.
 
     Raises
     ------
@@ -26,13 +27,14 @@ def plugin_paths() -> list[tuple[str, Any]]:
         If a plugin's hook fails; names it.
     """
     found = []
-    for impl in manager.current().hook.mvreg_config_path.get_hookimpls():
+    in_use = manager.current()
+    for impl in in_use.hook.mvreg_config_path.get_hookimpls():
+        who = f"plugin {impl.plugin_name!r} ({in_use.origins.get(impl.plugin_name, HERE)})"
         try:
-            found.append((impl.plugin_name, impl.function()))
+            found.append((who, impl.function()))
         except Exception as cause:
             raise PluginError(
-                f"plugin {impl.plugin_name!r} failed in mvreg_config_path(): "
-                f"{type(cause).__name__}: {cause}"
+                f"{who} failed in mvreg_config_path(): {type(cause).__name__}: {cause}"
             ) from cause
     return found
 
@@ -40,8 +42,8 @@ def plugin_paths() -> list[tuple[str, Any]]:
 def choices() -> dict[str, list[str]]:
     """Every group with the names to choose from: methods first, then the kinds of stage."""
     found = list(manager.stages())
-    for name, path in [("mvreg", CONFIG_PATH), *plugin_paths()]:
-        found += addresses(path, f"plugin {name!r}")
+    for who, path in [("plugin 'mvreg'", CONFIG_PATH), *plugin_paths()]:
+        found += addresses(path, who)
     groups: dict[str, list[str]] = {"method": []}
     for group, _, name in (address.rpartition("/") for address in found):
         if group:

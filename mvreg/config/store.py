@@ -56,8 +56,8 @@ class MvregSearchPath(SearchPathPlugin):
     def manipulate_search_path(self, search_path: ConfigSearchPath) -> None:
         """Append what the plugins return from `mvreg_config_path`."""
         if any(part.path == CONFIG_PATH for part in search_path.get_path()):
-            for name, path in plugin_paths():
-                search_path.append(f"mvreg plugin {name}", path)
+            for who, path in plugin_paths():
+                search_path.append(f"mvreg {who}", path)
 
 
 def nodes() -> dict[str, DictConfig]:
@@ -93,8 +93,7 @@ def refuse_shadows(keys: Iterable[str]) -> None:
     """
     table = manager.stages()
     owners = {key: f"the stage of plugin {table[key].plugin!r}" for key in keys}
-    for name, path in [("mvreg", CONFIG_PATH), *plugin_paths()]:
-        who = f"plugin {name!r}"
+    for who, path in [("plugin 'mvreg'", CONFIG_PATH), *plugin_paths()]:
         for address in addresses(path, who):
             if address in owners:
                 raise PluginError(

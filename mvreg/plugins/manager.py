@@ -7,16 +7,18 @@ a hook. The prefix is enough, the marker
 
 from __future__ import annotations
 
+import traceback
 import warnings
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mvreg.errors import PluginError
 from mvreg.plugins.formats import collect_formats
-from mvreg.plugins.pluggy_manager import GROUP, Manager
+from mvreg.plugins.pluggy_manager import GROUP, HOOKS, Manager
 from mvreg.plugins.registry import Registered, register_all
 
 if TYPE_CHECKING:
@@ -45,10 +47,33 @@ def build(found: Iterable[EntryPoint]) -> Manager:
             remove = f"pip uninstall {entry.dist.name}" if entry.dist else "remove it"
             raise PluginError(
                 f"plugin {entry.name!r} ({origin}) cannot be imported from {entry.value!r}: "
-                f"{type(cause).__name__}: {cause}; install what it needs, or: {remove}"
+                f"{type(cause).__name__}: {cause}; {what_to_do(cause, entry)}, or: {remove}"
             ) from cause
         manager.add(plugin, entry.name, origin)
+        if not manager.get_hookcallers(plugin):
+            raise PluginError(
+                f"plugin {entry.name!r} ({origin}) brings nothing: expected a function called one "
+                f"of {', '.join(HOOKS)} in {entry.value!r}, got none"
+            )
     return manager
+
+
+def what_to_do(cause: BaseException, entry: EntryPoint) -> str:
+    """What mends a plugin that cannot be imported, where it can be told."""
+    own = isinstance(cause, ModuleNotFoundError) and cause.name == entry.module
+    attribute = isinstance(cause, AttributeError) and bool(entry.attr)
+    if own or (attribute and getattr(cause, "name", None) == entry.attr):
+        return "the entry point has to name a module, or module:object"
+    if isinstance(cause, ImportError):
+        return "install what it needs"
+    package = entry.module.partition(".")[0]
+    steps = [
+        step for step in traceback.extract_tb(cause.__traceback__)
+        if package in (Path(step.filename).stem, *Path(step.filename).parts)
+    ]  # fmt: skip
+    if isinstance(cause, SyntaxError) or not steps:
+        return "mend it"
+    return f"mend it at {steps[-1].filename}:{steps[-1].lineno}"
 
 
 @cache
@@ -92,6 +117,8 @@ def emit(event: Event) -> None:
         except Exception as cause:
             in_use.muted.add(id(hook.plugin))
             name = getattr(hook.plugin, "__name__", type(hook.plugin).__qualname__)
+            if hook.plugin_name in in_use.origins:
+                name = f"{name} ({in_use.origins[hook.plugin_name]})"
             warnings.warn(
                 f"observer {name} failed on {type(event).__name__} and is off for the rest of "
                 f"the run: {type(cause).__name__}: {cause}",

@@ -66,7 +66,7 @@ class Manager(pluggy.PluginManager):
         except (pluggy.PluginValidationError, ValueError) as cause:
             if self.has_plugin(name):
                 self.unregister(name=name)
-            reason = " ".join(str(cause).split())
+            reason = _wrong_arguments(plugin) or " ".join(str(cause).split())
             raise PluginError(f"plugin {name!r} ({origin}) cannot be used: {reason}") from cause
         if origin != HERE:
             self.origins[name] = origin
@@ -83,8 +83,21 @@ class Manager(pluggy.PluginManager):
             )
             if not unknown:
                 raise
-            near = difflib.get_close_matches(unknown[0], HOOKS, n=1)
+            near = difflib.get_close_matches(unknown[0], HOOKS, n=1, cutoff=0.75)
             hint = f"did you mean {near[0]!r}? " if near else ""
             raise pluggy.PluginValidationError(
                 plugin, f"unknown hook {unknown[0]!r}; {hint}hooks: {', '.join(HOOKS)}"
             ) from cause
+
+
+def _wrong_arguments(plugin: object) -> str | None:
+    """The first hook of a plugin that asks for what it is not given, in words."""
+    for name in HOOKS:
+        function = getattr(plugin, name, None)
+        if not callable(function):
+            continue
+        wanted = list(inspect.signature(getattr(hookspecs, name)).parameters)
+        found = list(inspect.signature(function).parameters)
+        if set(found) - set(wanted):
+            return f"expected {name}({', '.join(wanted)}), got {name}({', '.join(found)})"
+    return None

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import difflib
+import inspect
 import re
 from dataclasses import MISSING, Field, dataclass, fields, is_dataclass
 from typing import TYPE_CHECKING
@@ -107,17 +109,34 @@ def check(key: object, cls: object, who: str) -> None:
             'such as "refine/tricp"'
         )
     if match[1] not in KINDS:
-        raise PluginError(f"{who}: {key!r} has an unknown kind; kinds: {', '.join(KINDS)}")
+        near = difflib.get_close_matches(match[1], KINDS, n=1)
+        hint = f"; did you mean '{near[0]}/{match[2]}'?" if near else ""
+        raise PluginError(f"{who}: {key!r} has an unknown kind; kinds: {', '.join(KINDS)}{hint}")
     if not (isinstance(cls, type) and is_dataclass(cls)):
-        raise PluginError(f"{who}: {key!r}: expected a frozen dataclass, got {cls!r}")
+        raise PluginError(
+            f"{who}: {key!r}: expected a frozen dataclass, got {cls!r}{_dataclass_advice(cls)}"
+        )
     if not cls.__dataclass_params__.frozen:  # type: ignore[attr-defined]
         raise PluginError(
             f"{who}: {key!r}: {cls.__qualname__} is not frozen; write @dataclass(frozen=True)"
         )
     if not any("__call__" in base.__dict__ for base in cls.__mro__):
-        raise PluginError(f"{who}: {key!r}: {cls.__qualname__} has no __call__")
+        wanted = ", ".join(inspect.signature(KINDS[match[1]].__call__).parameters)
+        raise PluginError(
+            f"{who}: {key!r}: {cls.__qualname__} has no __call__; "
+            f"mvreg.contracts.{KINDS[match[1]].__name__} says what it does: __call__({wanted})"
+        )
     if wrong := misfit(match[1], cls):
         raise PluginError(
             f"{who}: {key!r} cannot be called as mvreg.contracts.{KINDS[match[1]].__name__} is: "
             f"{wrong}; change its parameters"
         )
+
+
+def _dataclass_advice(given: object) -> str:
+    """What to do about something that is no dataclass."""
+    if isinstance(given, type):
+        return f"; write @dataclass(frozen=True) above class {given.__qualname__}"
+    if is_dataclass(given):
+        return f"; register the class, {type(given).__qualname__}, not an object of it"
+    return ""

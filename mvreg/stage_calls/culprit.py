@@ -45,7 +45,8 @@ def stage_error(kind: str, method: str, culprit: Any, what: str | Exception) -> 
         stage, whose = f"{kind}={entry.name}", f"plugin {entry.plugin!r}, {entry.origin}"
         advice = f"tell who maintains {entry.origin}, or choose another: {others(entry)}"
     came = what if isinstance(what, str) else raised(what, culprit)
-    wanted = signature(kind, method)
+    made = method == "__post_init__"
+    wanted = "a stage made of its parameters" if made else signature(kind, method)
     return StageError(f"{stage} ({name}, {whose}): expected {wanted}; {came}; {advice}", stage)
 
 

@@ -223,7 +223,10 @@ def test_a_config_path_that_does_not_exist_names_the_plugin(monkeypatch, path):
 
 def test_a_config_path_hook_that_fails_is_named(monkeypatch):
     use(monkeypatch, presets=SimpleNamespace(mvreg_config_path=lambda: 1 / 0))
-    with pytest.raises(PluginError, match=r"'presets' failed in mvreg_config_path\(\): ZeroDiv"):
+    with pytest.raises(
+        PluginError,
+        match=r"'presets' \(dist-presets 0.3\) failed in mvreg_config_path\(\): ZeroDiv",
+    ):
         compose.compose()
 
 

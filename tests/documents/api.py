@@ -11,7 +11,7 @@ PAGE = ROOT / "mvreg" / "API.md"
 PUBLIC = (
     "mvreg", "mvreg.types", "mvreg.contracts", "mvreg.errors", "mvreg.events", "mvreg.geometry",
     "mvreg.geometry.se3", "mvreg.geometry.nearest", "mvreg.surface", "mvreg.stages",
-    "mvreg.execution", "mvreg.tbb", "mvreg.testing",
+    "mvreg.io", "mvreg.execution", "mvreg.tbb", "mvreg.testing",
 )  # fmt: skip
 #: What has no docstring of its own.
 VALUES = {
@@ -19,11 +19,15 @@ VALUES = {
     "Array": "Array of float64.",
     "Emit": "A function that takes an event.",
     "Event": "Any of the events.",
+    "FORMATS": "The formats that come with mvreg.",
     "Flags": "Array of truth values.",
     "Indices": "Array of integers that index others.",
     "KINDS": "The protocol of each kind of stage, by its name in the configuration.",
+    "Pieces": "The points of a file and their attributes, some at a time.",
     "PointLike": "Whatever looks like points (N, 3): arrays, tables, tensors, clouds, meshes.",
+    "READERS": "What reads a file of each suffix.",
     "SUITES": "The contract suite of each kind of stage.",
+    "SUPPORTED": "The suffixes of files that can be read.",
     "Scans": "What `mvreg.register` takes: a set, a sequence of scans, a mapping of names to them.",
     "hookimpl": "Marks a method or function as an implementation of a plugin's hook.",
 }

@@ -113,8 +113,8 @@ def test_what_is_wrong_is_said_of_every_stage(packages, name):
         r"seed=alist .*: a run takes its answers\n    seed=alist \(AList, plugin 'bad', dist-bad 0"
         r"\.3\): expected __call__\(source, target\) -> Matches.*; got a list.*; in the case: t",
         r"refine=broken .*\n    expected an answer; got RecordError: .*T_target_source: expected",
-        r"judge=divides .*, and 9 other checks\n    expected an answer; got ZeroDivisionError: .* at"
-        r" .*bad\.py:\d+",
+        r"judge=divides .*, and 9 other checks\n    expected an answer; got ZeroDivisionError: .*"
+        r" at .*bad\.py:\d+",
         r"seed=ready .*: has a suite\n    seed\.top_fraction: expected a share",
         r"observer .*: it takes the events of a run\n    expected an answer; got OSError: the disk",
         r"the plugin .*: its suites are of its stages\n    expected keys .*; got seed/other",
