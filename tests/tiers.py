@@ -12,6 +12,7 @@ TIER_OF = (
     ("tests/documents/test_docs.py", "all"),  # runs what the documents say
     ("tests/documents/", "check"),
     ("plugins/mvreg-peers/", "all"),
+    ("tests/examples/", "all"),  # whole programs
     ("tests/config/test_levels.py", "test"),  # whole runs, as are the next four
     ("tests/stages/strategy/test_best_first.py", "test"),
     ("tests/stages/strategy/test_joint_verdict.py", "test"),
