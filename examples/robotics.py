@@ -99,9 +99,9 @@ def main(words: list[str] | None = None) -> int:
     first = scans.scans[0].name
     errors = mvreg.pose_errors(poses, scans.poses, first)
     if errors is not None:
-        largest = errors.max
+        most = errors.max
         print(
-            f"largest errors: {largest.angle:.2f} degrees, {largest.translation:.2f} {scans.unit}"
+            f"largest errors: {most.angle:.2f} degrees, {most.translation:.2f} {scans.unit}"
         )
     return 0 if len(poses) == len(scans.scans) else 3
 
