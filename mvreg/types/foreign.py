@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from mvreg.types.attributes import Values
+from mvreg.geometry.triangles import on_coarse_triangles
+from mvreg.types.attributes import COLOURS, Values
 from mvreg.types.named_columns import ForeignError, colours, from_columns, normals
 
 __all__ = ["READERS", "ForeignError"]
@@ -28,11 +29,14 @@ def _open3d(value: Any) -> Found:
         )
     cloud = name == "PointCloud"
     if tensors:
-        return _open3d_tensors(value.point if cloud else value.vertex)
-    found = value.points if cloud else value.vertices
-    paint = value.colors if cloud else value.vertex_colors
-    facing = value.normals if cloud else value.vertex_normals
-    return np.asarray(found), {**colours(np.asarray(paint)), **normals(np.asarray(facing))}
+        found, told = _open3d_tensors(value.point if cloud else value.vertex)
+        if cloud or "indices" not in value.triangle:
+            return found, told
+        return _on_mesh(found, value.triangle["indices"].cpu().numpy(), told)
+    if not cloud:
+        told = {**colours(value.vertex_colors), **normals(value.vertex_normals)}
+        return _on_mesh(value.vertices, value.triangles, told)
+    return np.asarray(value.points), {**colours(value.colors), **normals(value.normals)}
 
 
 def _open3d_tensors(tensors: Any) -> Found:
@@ -58,7 +62,21 @@ def _trimesh(value: Any) -> Found:
     look = getattr(value, "visual", None)
     own = look is not None and getattr(look, "kind", None) == "vertex"
     paint = look.vertex_colors if own and look is not None else getattr(value, "colors", ())
-    return np.asarray(value.vertices), colours(np.asarray(paint))
+    return _on_mesh(value.vertices, getattr(value, "faces", ()), colours(paint))
+
+
+def _on_mesh(vertices: Any, triangles: Any, told: dict[str, Values]) -> Found:
+    """The vertices, or of a mesh too coarse for them, points on its triangles.
+
+    As with files, see `on_coarse_triangles`: colours are interpolated, normals the triangles' own.
+    """
+    points, faces = np.asarray(vertices, dtype=np.float64), np.asarray(triangles)
+    shaped = faces.ndim == 2 and faces.shape[1] == 3 and points.ndim == 2
+    found = on_coarse_triangles(points, faces) if shaped and len(points) else None
+    if found is None:
+        return points, told
+    smooth = {name: found.interpolated(told[name]) for name in COLOURS if name in told}
+    return found.points, {**smooth, **normals(found.normals)}
 
 
 def _frame(value: Any) -> Found:

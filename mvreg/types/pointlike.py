@@ -75,8 +75,8 @@ def points_of(name: str, value: object) -> tuple[Array, dict[str, Values]]:
         ``__dlpack__``, a tensor of torch on any device. An array with fields, a data frame or a
         mapping with columns x, y and z; its other columns of numbers become attributes. A point
         cloud or a triangle mesh of Open3D, old or of tensors, or of trimesh: of a mesh the
-        vertices. Colours, normals and intensities are kept under the names that `Scan` has for
-        them.
+        vertices, or points on its triangles where they are coarse, as with files. Colours,
+        normals and intensities are kept under the names that `Scan` has for them.
 
     Raises
     ------

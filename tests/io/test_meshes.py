@@ -9,8 +9,9 @@ import pytest
 
 from mvreg._open3d import load_open3d
 from mvreg.geometry.nearest import build_tree, nearest
+from mvreg.geometry.triangles import ENOUGH
 from mvreg.io import PointCloud, read_cloud, read_points
-from mvreg.io.mesh_points import ENOUGH, with_points_on_triangles
+from mvreg.io.mesh_points import with_points_on_triangles
 from mvreg.io.stl import read_stl
 
 CORNERS = np.array([[0, 0, 0], [4, 0, 0], [4, 2, 0], [0, 2, 0], [0, 0, 1.0]])

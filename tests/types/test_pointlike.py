@@ -158,6 +158,23 @@ def test_clouds_and_meshes_of_open3d(open3d):
         Scan("s", open3d.t.geometry.PointCloud())
 
 
+def test_a_coarse_mesh_is_sampled_on_its_triangles(open3d):
+    box = trimesh.creation.box((2.0, 3.0, 4.0))
+    box.visual = trimesh.visual.ColorVisuals(box, vertex_colors=np.tile(COLOURS[0], (8, 1)))
+    legacy = open3d.geometry.TriangleMesh(
+        open3d.utility.Vector3dVector(box.vertices), open3d.utility.Vector3iVector(box.faces)
+    )
+    legacy.vertex_colors = open3d.utility.Vector3dVector(np.tile(COLOURS[0] / 255, (8, 1)))
+    for mesh in (box, legacy, open3d.t.geometry.TriangleMesh.from_legacy(legacy)):
+        scan = Scan("s", mesh)
+        assert scan.points.shape == (20_000, 3)
+        on_side = np.isclose(np.abs(scan.points) / [1.0, 1.5, 2.0], 1, rtol=1e-6).any(axis=1)
+        assert on_side.all()
+        facing = np.stack([scan.attributes[name] for name in ("nx", "ny", "nz")], axis=1)
+        assert ((facing * scan.points).sum(axis=1) > 0.9).all()
+        assert {int(value) for value in scan.attributes["red"]} == {int(COLOURS[0, 0])}
+
+
 class FakeTensor:
     """What a tensor of torch does, on a GPU and with gradients."""
 
