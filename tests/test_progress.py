@@ -2,6 +2,8 @@
 
 import gc
 import threading
+import time
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -10,8 +12,8 @@ import mvreg
 from mvreg.errors import MvregError
 from mvreg.evaluation.assess import assess
 from mvreg.events import PairRegistered
-
-TINY = {"changes": {"downsample": "paper", "downsample.min_points": 700}}
+from mvreg.stages import SpectrumDescribe
+from mvreg.testing import blob_scans
 
 
 @pytest.fixture(scope="module")
@@ -146,3 +148,27 @@ def test_fixed_scans_keep_their_frame_when_it_is_called_off(scans):
     with pytest.raises(mvreg.CancelledError) as caught:
         mvreg.register([fixed, *others], progress=lambda now: now.step != "adjust")
     np.testing.assert_allclose(caught.value.result.poses[first.name], world, atol=1e-9)
+
+
+@dataclass(frozen=True)
+class Slow(SpectrumDescribe):
+    """Takes its time, and counts."""
+
+    def __call__(self, scan, keypoints, spacing):
+        time.sleep(0.05)
+        DESCRIBED.append(scan.name)
+        return super().__call__(scan, keypoints, spacing)
+
+
+DESCRIBED: list[str] = []
+
+
+def test_what_was_queued_is_not_worked_on_any_more(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "2")
+    method = mvreg.load_method("fcpma")
+    method = replace(method, pipeline=method.pipeline.with_stages(describe=Slow()))
+    points = blob_scans(3).scans[0].points
+    with pytest.raises(mvreg.CancelledError):
+        mvreg.register([points] * 30, method, progress=lambda now: now.done < 2)
+    time.sleep(0.5)
+    assert 2 <= len(DESCRIBED) <= 8

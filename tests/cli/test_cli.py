@@ -279,7 +279,8 @@ def test_help_loads_nothing_heavy(tmp_path):
         tmp_path, "spy",
         "import atexit, sys\n"
         "def told(): print('loaded', *(m for m in sys.modules if '.' not in m), file=sys.stderr)\n"
-        "atexit.register(told)\n",
+        "atexit.register(told)\n"
+        "def mvreg_event(event): pass\n",
     )  # fmt: skip
     done = mvreg("--help", packages=tmp_path, cwd=tmp_path)
     assert done.returncode == 0, done.stderr

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from mvreg.events import PairRegistered, ignore
-from mvreg.run import dataset, load_method, run
+from mvreg.library import dataset
+from mvreg.run import load_method, run
 from mvreg.stages.describe.spectrum import SpectrumDescribe
 from mvreg.store.folder import FolderStore, NoStore
 from mvreg.testing import blob_scans
