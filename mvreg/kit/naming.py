@@ -11,6 +11,7 @@ from mvreg.config.presets import choices
 from mvreg.contracts import KINDS
 from mvreg.errors import InputError
 from mvreg.plugins import manager
+from mvreg.plugins.pluggy_manager import HERE
 
 #: What a plugin may bring beside a stage.
 BESIDES = ("reader", "observer")
@@ -105,7 +106,19 @@ def refuse_taken(naming: Naming) -> None:
     group = "dataset" if naming.kind == "dataset" else "method"
     if naming.kind in KINDS and naming.name in choices()[group]:
         raise InputError(f"there is a preset {group}={naming.name} already; choose another name")
-    if find_spec(naming.package) is not None or naming.package == "mvreg_mvreg":
+    if naming.kind == "reader" and f".{naming.name}" in manager.formats():
+        raise InputError(
+            f"files ending in .{naming.name} are read already, as "
+            f"{manager.formats()[f'.{naming.name}'].name}; choose another name, then change the "
+            "suffix of your format if it is to take their place"
+        )
+    in_use = manager.current()
+    if in_use.has_plugin(naming.name):
+        raise InputError(
+            f"a plugin of {in_use.origins.get(naming.name, HERE)} is called {naming.name!r} "
+            "already; choose another name"
+        )
+    if find_spec(naming.package) is not None:
         raise InputError(
             f"a package {naming.package} is installed already; choose another name, or: "
             f"pip uninstall {naming.distribution}"

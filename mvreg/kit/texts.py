@@ -136,7 +136,11 @@ def readme(naming: Naming, module: str) -> str:
         "dataset": f"mvreg dataset={name}\nmvreg dataset={name}_dense",
         "reader": "mvreg look FOLDER\nmvreg dataset=folder dataset.path=FOLDER",
         "observer": "mvreg dataset=tiny",
-    }.get(naming.kind, f"mvreg +method={name} dataset=tiny\nmvreg {naming.kind}={name}")
+        # The default method pools the evidence of pairs, which only judge=evidence can.
+        "judge": f"mvreg +method={name} dataset=tiny",
+    }.get(
+        naming.kind, f"mvreg +method={name} dataset=tiny\nmvreg {naming.kind}={name} dataset=tiny"
+    )
     contract = (
         f"`mvreg.contracts.{KINDS[naming.kind].__name__}` says what the stage must do, and\n"
         f"`mvreg.testing.{KINDS[naming.kind].__name__}Contract` tests it."

@@ -110,7 +110,9 @@ def test_nothing_is_overwritten(tmp_path):
         ("nearest", "seed", r"seed=nearest is taken by plugin 'mvreg' \(mvreg "),
         ("auto", "seed", "there is a preset method=auto already"),
         ("bunny", "dataset", "there is a preset dataset=bunny already"),
-        ("comparators", "seed", "a package mvreg_comparators is installed already; .* pip uninst"),
+        ("comparators", "seed", "a plugin of mvreg-comparators .* is called 'comparators' already"),
+        ("mvreg", "seed", "a plugin of mvreg .* is called 'mvreg' already; choose another"),
+        ("ply", "reader", "files ending in .ply are read already, as PLY; choose another name"),
         ("mine", "seeds", "'seeds' is not a kind of plugin: expected one of .*mean 'seed'"),
         ("mine", "exporter", "did you mean 'observer'"),
         ("mine", "nonsense", "expected one of dataset, .*, reader, observer$"),
@@ -142,3 +144,11 @@ def test_the_command_says_what_it_wrote_and_what_is_next(tmp_path):
     )
     done = mvreg("new-plugin", "my_seed", cwd=tmp_path)
     assert done.returncode == 2 and "kind" in done.stderr
+
+
+def test_a_package_that_is_installed_is_not_shadowed(monkeypatch, tmp_path):
+    (tmp_path / "mvreg_mine").mkdir()
+    (tmp_path / "mvreg_mine" / "__init__.py").touch()
+    monkeypatch.syspath_prepend(str(tmp_path))
+    with pytest.raises(InputError, match=r"a package mvreg_mine is installed already; .* pip un"):
+        checked_naming("mine", "seed")
