@@ -100,9 +100,7 @@ def main(words: list[str] | None = None) -> int:
     errors = mvreg.pose_errors(poses, scans.poses, first)
     if errors is not None:
         most = errors.max
-        print(
-            f"largest errors: {most.angle:.2f} degrees, {most.translation:.2f} {scans.unit}"
-        )
+        print(f"largest errors: {most.angle:.2f} degrees, {most.translation:.2f} {scans.unit}")
     return 0 if len(poses) == len(scans.scans) else 3
 
 
