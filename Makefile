@@ -10,7 +10,7 @@ stamp   := $(VENV)/.installed
 
 extra-mvreg-peers := [kiss]
 
-.PHONY: help demo bench report lint check test test-all coverage docs wheel clean
+.PHONY: help demo bench report lint check test test-all coverage docs include wheel clean
 
 help: ## Say what there is
 	@echo 'make TARGET; each builds $(VENV) first when it is missing'
@@ -52,7 +52,11 @@ coverage: $(stamp) ## The tests of `make test` again, saying which lines of mvre
 	@echo '==> coverage$(if $(MVREG_DATA),, (MVREG_DATA is not set: tests on real scans are skipped))'
 	@$(python) -m pytest -n 2 --tier test --cov --cov-report=term:skip-covered
 
-docs: $(stamp) ## Put the code that the documents include into them again, and list what is public
+docs: include ## Build the site into site/, with warnings and broken links as errors
+	@echo '==> site'
+	@$(python) docs/sphinx/build.py
+
+include: $(stamp) ## Put the code that the documents include into them again, and list what is public
 	@$(python) tests/documents/include.py
 	@$(python) tests/documents/api.py
 
@@ -64,7 +68,7 @@ wheel: $(stamp) ## Build what is published into dist, and try it in a new enviro
 	@$(python) tests/wheels/fresh.py dist
 
 clean: ## Remove the environment and what tools left behind; keep runs
-	rm -rf $(VENV) build dist *.egg-info plugins/*/*.egg-info plugins/*/build
+	rm -rf $(VENV) build dist site *.egg-info plugins/*/*.egg-info plugins/*/build
 	rm -rf .mypy_cache .ruff_cache .pytest_cache .hypothesis .coverage*
 
 # Again whenever what is to be installed may have changed. Where Python comes without ensurepip, as

@@ -1,0 +1,65 @@
+"""Settings of Sphinx for the site; `build.py` beside it calls Sphinx."""
+
+import re
+import sys
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from sphinx.application import Sphinx
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+project = "mvreg"
+author = copyright = "the authors of mvreg"
+version = release = metadata.version("mvreg")
+html_title = f"mvreg {version}"
+language = "en"
+
+extensions = [
+    "myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_copybutton", "mathml",
+]  # fmt: skip
+root_doc = "index"
+#: Links to headings, as forges make them.
+myst_heading_anchors = 4
+myst_enable_extensions = ["dollarmath"]
+myst_links_external_new_tab = False
+suppress_warnings: list[str] = []
+
+nb_execution_timeout = 300
+nb_execution_raise_on_error = True
+nb_merge_streams = True
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+autodoc_default_options = {"members": True}
+autodoc_type_aliases = {name: name for name in ("Array", "Flags", "Indices")}
+napoleon_google_docstring = False
+#: Single backticks in docstrings: a link where there is something of that name.
+default_role = "py:obj"
+python_use_unqualified_type_names = True
+maximum_signature_line_length = 80
+toc_object_entries_show_parents = "hide"
+
+html_theme = "furo"
+html_math_renderer = "mathml"
+html_copy_source = False
+html_show_sourcelink = False
+html_show_sphinx = False
+html_static_path = [str(Path(__file__).parent / "static")]
+html_css_files = ["site.css"]
+html_permalinks_icon = "#"
+copybutton_exclude = ".linenos, .gp"
+
+
+def short_types(app: Sphinx, *found: Any) -> tuple[str | None, str | None] | None:
+    """Signatures with the names of types of arrays, not with what they stand for."""
+    signature, returns = (
+        text and re.sub(r"TypeAliasForwardRef\('(\w+)'\)", r"\1", text) for text in found[-2:]
+    )
+    return (signature, returns) if signature else None
+
+
+def setup(app: Sphinx) -> None:
+    """Register what is above."""
+    app.connect("autodoc-process-signature", short_types)
