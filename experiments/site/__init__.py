@@ -1,0 +1,1 @@
+"""The figures of the documentation, each from runs made on the spot."""
