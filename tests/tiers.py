@@ -10,6 +10,10 @@ TIERS = ("check", "test", "all")
 #: The start of a file's path in the repository, and the tier of its tests.
 TIER_OF = (
     ("tests/documents/test_docs.py", "all"),  # runs what the documents say
+    ("tests/documents/test_pages.py", "all"),  # so do these three
+    ("tests/documents/test_notebooks.py", "all"),
+    ("tests/documents/test_tutorials.py", "all"),
+    ("tests/documents/test_site.py", "test"),  # Sphinx takes a quarter of a minute
     ("tests/documents/", "check"),
     ("plugins/mvreg-peers/", "all"),
     ("tests/examples/", "all"),  # whole programs

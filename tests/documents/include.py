@@ -9,7 +9,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = sorted(
-    file for pattern in ("*.md", "plugins/*.md", "plugins/*/*.md", "experiments/*.md")
+    file for pattern in ("*.md", "docs/**/*.md", "plugins/*.md", "plugins/*/*.md", "experiments/*.md")
     for file in ROOT.glob(pattern)
 )  # fmt: skip
 INCLUDE = re.compile(
