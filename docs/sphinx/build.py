@@ -10,6 +10,7 @@ of Sphinx ends it with an error, and so does a link that leads nowhere.
 from __future__ import annotations
 
 import argparse
+import shutil
 import sys
 from pathlib import Path
 
@@ -69,8 +70,11 @@ def build(work: Path, out: Path, notebooks: bool = True) -> int:
         "-d", str(work / "doctrees"), "-D", f"nb_execution_mode={mode}",
         "-D", f"nb_execution_cache_path={work / 'notebooks'}",
     ]  # fmt: skip
-    if code := sphinx_build([*options, str(source), str(out)]):
+    made = work / "html"  # beside it the notebooks that were run are left
+    if code := sphinx_build([*options, str(source), str(made)]):
         return code
+    shutil.rmtree(out, ignore_errors=True)
+    shutil.copytree(made, out, ignore=shutil.ignore_patterns(".buildinfo*", ".doctrees"))
     found = broken(out)
     for page, target in found:
         sys.stderr.write(f"{page}: {target} leads nowhere\n")

@@ -7,7 +7,7 @@ from collections.abc import Collection
 #: Captions, and the pages below each; one that is not there, such as a notice that the repository
 #: does not have, is left out.
 CONTENTS = {
-    "Start": ["start", "first_steps"],
+    "Start": ["start", "first_steps", "scans", "runs", "methods"],
     "Guides": [
         "guides/turntable", "guides/rgbd", "guides/tls", "guides/lidar", "guides/meshes",
         "guides/mixture", "guides/not_placed", "scale",

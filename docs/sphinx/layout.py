@@ -18,6 +18,9 @@ PAGES = (
     ("docs/sphinx/", None),
     ("docs/", ""),
     ("README.md", None),  # its reader is in the repository; a link to it leads to the first page
+    ("mvreg/cli/listing.py", "reference/command_line.md"),
+    ("conf/config.yaml", "reference/configuration.md"),
+    ("mvreg/builtin.py", "reference/stages.md"),
     ("mvreg/README.md", "reference/map.md"),
     ("mvreg/API.md", "reference/api/index.md"),
     ("mvreg/GLOSSARY.md", "reference/glossary.md"),
@@ -35,8 +38,8 @@ PAGES = (
     ("CONTRIBUTING.md", "contributing.md"),
     ("SECURITY.md", "security.md"),
 )
-#: Pages that are made while the site is built, by the file that a document links to instead.
-MADE = ("mvreg/API.md",)
+#: Pages that are made while the site is built, by the file that documents link to instead.
+MADE = ("mvreg/cli/listing.py", "conf/config.yaml", "mvreg/builtin.py", "mvreg/API.md")
 KINDS = (".md", ".ipynb", ".png", ".svg")
 FENCE = re.compile(r"^(```+|~~~+).*?^\1[ \t]*$", re.DOTALL | re.MULTILINE)
 LINK = re.compile(r"(!?)\[((?:[^][]|\[[^]]*\])*)\]\(([^)\s]+)\)")

@@ -5,21 +5,23 @@ In ``docs/**/*.md``, below a comment that says so, a block of code is special:
 ``<!-- file: NAME -->``
     The reader writes this file.
 ``<!-- include: FILE -->``
-    The block is a file of the repository, see `include.py`; nothing is to be done with it.
+    The block is a file of the repository, see `include.py`, which the reader has.
 ``<!-- not run: REASON -->``
     A command or code that cannot be run here, such as one for a cluster.
 
-Each line of any other ``sh`` block is a command, which ends with 0, or as its comment says: ``# ends
-with 3``. A ``python`` block is a program. A ``text`` block below either shows some of the lines that it
-printed; their numbers may differ.
+Each line of any other ``sh`` block is a command, which ends with 0, or as its comment says:
+``# ends with 3``. A ``python`` block is a program. A ``text`` block below either shows some of the
+lines that it printed; their numbers may differ.
 """
 
 from __future__ import annotations
 
+import os
 import re
 import shlex
 import subprocess
 import sys
+import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -28,6 +30,8 @@ BLOCK = re.compile(
     re.DOTALL | re.MULTILINE,
 )
 ENDS = re.compile(r"#.*\bends with (\d)")
+#: What pages call the folder in which all this is done.
+HOME = "/home/me"
 NUMBER = re.compile(r"-?\d[\d,]*(\.\d+)?(e[-+]?\d+)?")
 
 
@@ -62,9 +66,11 @@ def follow(page: Path, desk: Path) -> int:
     """Do what a page says in a folder; returns how many blocks that was."""
     printed, done = "", 0
     for block in blocks_of(page.read_text("utf-8")):
-        if block.special == "file":
+        if block.special in ("file", "include"):
             (desk / block.argument).parent.mkdir(parents=True, exist_ok=True)
             (desk / block.argument).write_text(block.text, "utf-8")
+            if block.argument.endswith("pyproject.toml"):
+                install(desk / block.argument)
         elif block.special:
             continue
         elif block.language == "sh":
@@ -79,6 +85,19 @@ def follow(page: Path, desk: Path) -> int:
     return done
 
 
+def install(file: Path) -> None:
+    """Let the project of a ``pyproject.toml`` be known, as ``pip install -e`` would."""
+    project = tomllib.loads(file.read_text("utf-8"))["project"]
+    name, version = project["name"], project["version"]
+    info = file.parent / f"{name.replace('-', '_')}-{version}.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n")
+    entries = project["entry-points"]["mvreg"].items()
+    (info / "entry_points.txt").write_text(
+        "[mvreg]\n" + "".join(f"{k} = {v}\n" for k, v in entries)
+    )
+
+
 def run(command: str, code: int, desk: Path) -> str:
     """Run one command, which must be of mvreg or of Python."""
     program, *rest = shlex.split(command)
@@ -89,10 +108,13 @@ def run(command: str, code: int, desk: Path) -> str:
 
 def called(words: list[str], code: int, desk: Path) -> str:
     """What a command prints, on both channels, if it ends as it should."""
+    plugins = [str(file.parent) for file in desk.glob("*/pyproject.toml")]
+    path = os.pathsep.join([*plugins, *filter(None, [os.environ.get("PYTHONPATH")])])
     done = subprocess.run(
-        words, cwd=desk, capture_output=True, text=True, timeout=600, check=False
-    )
-    said = f"{done.stdout}\n{done.stderr}"
+        words, cwd=desk, env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True,
+        timeout=600, check=False,
+    )  # fmt: skip
+    said = f"{done.stdout}\n{done.stderr}".replace(str(desk), HOME)
     assert done.returncode == code, f"{words} ended with {done.returncode}:\n{said}"
     return said
 
@@ -105,7 +127,5 @@ def bare(line: str) -> str:
 def check_printed(shown: str, printed: str) -> None:
     """Fail where a line that is shown was not printed, but for its numbers."""
     there = {bare(line) for line in printed.splitlines()}
-    missing = [
-        line for line in shown.splitlines() if line.strip(" .") and bare(line) not in there
-    ]
+    missing = [line for line in shown.splitlines() if line.strip(" .") and bare(line) not in there]
     assert not missing, f"not printed: {missing}\nprinted:\n{printed}"

@@ -8,10 +8,8 @@ import re
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-DOCUMENTS = sorted(
-    file for pattern in ("*.md", "docs/**/*.md", "plugins/*.md", "plugins/*/*.md", "experiments/*.md")
-    for file in ROOT.glob(pattern)
-)  # fmt: skip
+PATTERNS = ("*.md", "docs/**/*.md", "plugins/*.md", "plugins/*/*.md", "experiments/*.md")
+DOCUMENTS = sorted(file for pattern in PATTERNS for file in ROOT.glob(pattern))
 INCLUDE = re.compile(
     r"^(<!-- include: (\S+) -->\n)(?:```\w*\n.*?^```\n)?", re.DOTALL | re.MULTILINE
 )

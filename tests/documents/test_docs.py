@@ -26,6 +26,9 @@ from mvreg.testing import SeedContract
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text()
+SCANS, RUNS, METHODS = (
+    (ROOT / "docs" / f"{name}.md").read_text() for name in ("scans", "runs", "methods")
+)
 STANFORD = {"bunny", "dragon", "buddha", "armadillo"}
 
 
@@ -41,7 +44,7 @@ def commands(text: str) -> list[str]:
     return [line for line in dict.fromkeys(bare) if line]
 
 
-def words_after(heading: str, table_of: str = README) -> list[str]:
+def words_after(heading: str, table_of: str) -> list[str]:
     """The words in code type in the first column of the table below a heading."""
     table = table_of.partition(f"## {heading}\n")[2].partition("\n## ")[0]
     cells = "".join(re.findall(r"^\|([^|]*)\|", table, re.MULTILINE))
@@ -126,7 +129,7 @@ def test_the_demo_prints_what_the_readme_shows_and_leaves_the_files_it_lists(dem
             close = pytest.approx(numbers(line), rel=0.25, abs=0.01)
             assert numbers(line_shown) == close, "copy what `make demo` prints into the README"
     left = {f"{file.name}/" if file.is_dir() else file.name for file in folder.iterdir()}
-    assert left == set(words_after("What a run leaves behind"))
+    assert left == set(words_after("What a run leaves behind", RUNS))
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -194,16 +197,16 @@ def test_the_stage_has_20_lines_and_a_project_that_names_its_module():
 
 
 def test_the_exit_codes_are_the_program_s():
-    table = README.partition("| code |")[2].partition("\n\n")[0]
+    table = RUNS.partition("| code |")[2].partition("\n\n")[0]
     assert [int(code) for code in re.findall(r"^\| (\d+) \|", table, re.MULTILINE)] == [
         cli.DONE, cli.NOT_PLACED, cli.WRONG_INPUT, cli.BUG, cli.INTERRUPTED,
     ]  # fmt: skip
 
 
 def test_the_data_sets_are_the_program_s():
-    named = set(words_after("Data sets")) - {"dataset="}
+    named = set(words_after("Data sets", SCANS)) - {"dataset="}
     assert named == set(choices()["dataset"]) - {"stanford"}
-    text = README.partition("## Data sets\n")[2]
+    text = SCANS.partition("## Where data sets are looked for\n")[2]
     for name in STANFORD:
         assert f"`{compose([f'dataset={name}']).dataset.folders[0]}`" in text
 
@@ -234,10 +237,10 @@ def test_the_pictures_are_small():
 
 def test_the_methods_and_stages_are_the_program_s():
     offered = choices()
-    named = set(words_after("Methods"))
+    assert set(words_after("Methods", METHODS)) == {*offered["method"], "+method="}
     kinds = {"refine", "judge", "strategy", "adjust"}
-    assert named == set(offered["method"]) | kinds | {"+method="}
-    table = README.partition("## Methods\n")[2].partition("\n## ")[0]
+    assert set(words_after("Stages", METHODS)) == kinds
+    table = METHODS.partition("## Stages\n")[2].partition("\n## ")[0]
     for kind in kinds:
         (row,) = re.findall(rf"^\| `{kind}` \|(.*)\|$", table, re.MULTILINE)
         core = {s.name for s in manager.stages().values() if s.kind == kind and s.plugin == "mvreg"}
