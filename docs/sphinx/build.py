@@ -73,8 +73,10 @@ def build(work: Path, out: Path, notebooks: bool = True) -> int:
     made = work / "html"  # beside it the notebooks that were run are left
     if code := sphinx_build([*options, str(source), str(made)]):
         return code
-    shutil.rmtree(out, ignore_errors=True)
-    shutil.copytree(made, out, ignore=shutil.ignore_patterns(".buildinfo*", ".doctrees"))
+    if (out / "objects.inv").is_file():  # an older site; nothing else is removed
+        shutil.rmtree(out)
+    unneeded = shutil.ignore_patterns(".buildinfo*")
+    shutil.copytree(made, out, dirs_exist_ok=True, ignore=unneeded)
     found = broken(out)
     for page, target in found:
         sys.stderr.write(f"{page}: {target} leads nowhere\n")

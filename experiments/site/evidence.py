@@ -46,7 +46,7 @@ def draw_evidence() -> Figure:
         views = {view.name: view for view in mvreg.prepare(scans)}
         truth = se3.invert(scans.poses[target]) @ scans.poses[source]
         found = [turned(views[source], views[target], truth, angle) for angle in ANGLES]
-        for axis, (what, limits, label) in zip(axes, MEASURED, strict=True):
+        for axis, (what, _, label) in zip(axes, MEASURED, strict=True):
             values = [np.mean([getattr(one, what) for one in each]) for each in found]
             axis.plot(ANGLES, values, color=colour, label=name)
             axis.set_title(label)

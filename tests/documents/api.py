@@ -1,4 +1,4 @@
-"""What is public, and the page that lists it: ``make docs`` writes `mvreg/API.md` anew."""
+"""What is public, and the page that lists it: ``make include`` writes `mvreg/API.md` anew."""
 
 import inspect
 from importlib import import_module
@@ -34,7 +34,7 @@ VALUES = {
 HEAD = """# What is public
 
 Plugins and programs import from these modules, and from no other: all else may change from one
-version to the next. `make docs` writes this page from the docstrings.
+version to the next. `make include` writes this page from the docstrings.
 """
 
 

@@ -1,4 +1,4 @@
-"""Code in the documents is included from the files that run: ``make docs`` puts it there.
+"""Code in the documents is included from the files that run: ``make include`` puts it there.
 
 Below a line ``<!-- include: FILE -->`` a document holds the file, whole, as a block of code; FILE
 is relative to the document. `test_docs.py` fails where the two differ.

@@ -220,7 +220,7 @@ def test_links_lead_somewhere(file):
 
 @pytest.mark.parametrize("file", DOCUMENTS, ids=lambda file: str(file.relative_to(ROOT)))
 def test_included_code_is_the_code_that_runs(file):
-    assert included(file) == file.read_text(), "run `make docs`"
+    assert included(file) == file.read_text(), "run `make include`"
 
 
 def test_the_tutorial_is_included():

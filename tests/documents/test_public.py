@@ -51,7 +51,7 @@ def test_the_page_lists_what_is_public():
         for path, body in re.findall(r"^## (\S+)\n(.*?)(?=^## |\Z)", text, re.MULTILINE | re.DOTALL)
     }
     assert sections == {path: names(import_module(path)) for path in PUBLIC}
-    assert text == page(), "run `make docs`"
+    assert text == page(), "run `make include`"
 
 
 @pytest.mark.parametrize("path", PUBLIC)
