@@ -46,6 +46,7 @@ html_math_renderer = "mathml"
 html_copy_source = False
 html_show_sourcelink = False
 html_show_sphinx = False
+html_show_search_summary = False  # a browser does not fetch pages from the disk
 html_static_path = [str(Path(__file__).parent / "static")]
 html_css_files = ["site.css"]
 html_permalinks_icon = "#"

@@ -7,14 +7,14 @@ from collections.abc import Collection
 #: Captions, and the pages below each; one that is not there, such as a notice that the repository
 #: does not have, is left out.
 CONTENTS = {
-    "Start": ["start", "first_steps", "scans", "runs", "methods"],
+    "Start": ["start", "install", "first_steps", "scans", "runs", "methods"],
     "Guides": [
         "guides/turntable", "guides/rgbd", "guides/tls", "guides/lidar", "guides/meshes",
         "guides/mixture", "guides/not_placed", "scale",
     ],
     "How it works": ["method/overview", "method/search", "method/evidence", "method/graph",
                      "method/adjustment"],
-    "Extending mvreg": ["tutorials/stage", "tutorials/sweep", "plugins/index"],
+    "Extending mvreg": ["tutorials/stage", "tutorials/sweep", "examples", "plugins/index"],
     "Benchmarks": ["benchmarks", "benchmarks/results", "benchmarks/experiments"],
     "Reference": [
         "reference/command_line", "reference/configuration", "reference/stages",

@@ -34,6 +34,8 @@ PAGES = (
     ("experiments/README.md", "benchmarks/experiments.md"),
     ("experiments/results/README.md", "benchmarks/results.md"),
     ("experiments/results/", "benchmarks/"),
+    ("INSTALL.md", "install.md"),
+    ("examples/README.md", "examples.md"),
     ("CHANGELOG.md", "changelog.md"),
     ("CONTRIBUTING.md", "contributing.md"),
     ("SECURITY.md", "security.md"),
