@@ -1,12 +1,10 @@
 """Settings of Sphinx for the site; `build.py` beside it calls Sphinx."""
 
-import re
 import sys
 from importlib import metadata
 from pathlib import Path
-from typing import Any
 
-from sphinx.application import Sphinx
+from sphinx.util.inspect import TypeAliasForwardRef
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -52,15 +50,5 @@ html_css_files = ["site.css"]
 html_permalinks_icon = "#"
 copybutton_exclude = ".linenos, .gp"
 
-
-def short_types(app: Sphinx, *found: Any) -> tuple[str | None, str | None] | None:
-    """Signatures with the names of types of arrays, not with what they stand for."""
-    signature, returns = (
-        text and re.sub(r"TypeAliasForwardRef\('(\w+)'\)", r"\1", text) for text in found[-2:]
-    )
-    return (signature, returns) if signature else None
-
-
-def setup(app: Sphinx) -> None:
-    """Register what is above."""
-    app.connect("autodoc-process-signature", short_types)
+# Else the name of a type of arrays is shown as ``TypeAliasForwardRef('Array')`` within other types.
+TypeAliasForwardRef.__repr__ = lambda self: self.name  # type: ignore[method-assign]
