@@ -13,10 +13,10 @@ OUTERMOST = {
 }  # fmt: skip
 SOURCES = {".pyx", ".pxd", ".c", ".cpp", ".h"}
 COMPILED = {".so", ".pyd"}
-#: What is found while running, and is no Python.
+#: What is read while running, which no import would miss.
 DATA = (
     "mvreg/py.typed", "mvreg/conf/config.yaml", "mvreg/conf/method/auto.yaml",
-    "mvreg/report/page/page.html", "mvreg/report/page/viewer.js",
+    "mvreg/kit/templates/seed.py", "mvreg/report/page/page.html", "mvreg/report/page/viewer.js",
 )  # fmt: skip
 
 
