@@ -9,9 +9,16 @@ import numpy as np
 
 from mvreg.geometry import se3
 from mvreg.stages.adjust.joint.block_matrix import some_columns
-from mvreg.stages.adjust.joint.correspondences import Contacts, Gate, contacts, touching
+from mvreg.stages.adjust.joint.correspondences import (
+    FLAT_LEAST_COSINE,
+    Contacts,
+    Gate,
+    contacts,
+    touching,
+)
 from mvreg.stages.adjust.joint.normal_equations import Frame, System, rows
 from mvreg.stages.adjust.joint.surface import Surface, surfaces
+from mvreg.stages.adjust.joint.weighting import Pooled
 from mvreg.types import Array, Scan, View
 
 #: Scans whose surfaces are nearer than this at the true poses show the same surface (resolutions).
@@ -44,7 +51,7 @@ def bound(views: Sequence[View], truth: Mapping[str, Array], noise: float) -> di
     """
     shapes = [replace(s, whole=np.ones(len(s.points), dtype=bool)) for s in surfaces(views)]
     motions = np.stack([truth[view.name] for view in views])
-    gate = Gate(NEAR * views[0].scale.resolution)
+    gate = Gate(NEAR * views[0].scale.resolution, least_cosine=FLAT_LEAST_COSINE)
     found = contacts(shapes, motions, touching(shapes, motions, gate.reach), gate)
     frame = Frame.of(shapes, motions)
     weighted = weigh(
@@ -54,7 +61,7 @@ def bound(views: Sequence[View], truth: Mapping[str, Array], noise: float) -> di
     free = list(range(1, len(views)))
     system = System.of(residuals, free, width=1e9)  # a kernel so wide is least squares
     normal = some_columns(system.normal, 0, 6 * len(free))
-    inverse = np.linalg.inv(normal) * (noise / frame.radius) ** 2
+    inverse = np.linalg.inv(normal) * noise**2
     blocks = [inverse[k : k + 6, k : k + 6] for k in range(0, len(inverse), 6)]
     change = frame.twists
     return {views[k].name: change @ block @ change.T for k, block in zip(free, blocks, strict=True)}
@@ -72,12 +79,11 @@ def precision(surface: Surface, scan: Scan | None) -> Array:
 
 def weigh(shapes: Sequence[Surface], found: Contacts, precisions: Sequence[Array]) -> Contacts:
     """Contacts with the information that each stands for; both ways count a half each."""
-    precise = np.concatenate(precisions)
-    area = np.concatenate([one.share / one.density for one in shapes])
-    samples, patches = found.places(shapes)
+    known, precise = Pooled.of(shapes), np.concatenate(precisions)
+    samples, patches = known.places(found)
     mine, theirs = precise[samples], precise[patches]
     total = precise + np.bincount(samples, theirs, len(precise))
-    return replace(found, weights=area[samples] * mine * theirs / total[samples] / 2)
+    return replace(found, weights=known.area[samples] * mine * theirs / total[samples] / 2)
 
 
 def scatter(

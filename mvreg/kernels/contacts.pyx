@@ -32,7 +32,7 @@ def contacts(
     surfaces, motions, ways, double reach, Py_ssize_t stride, bint flat, double least_cosine,
     oriented
 ):
-    """Where the samples of surfaces lie on the patches of others.
+    """Where the samples of surfaces, as the means of their cells, lie on the patches of others.
 
     A sample finds the patch whose origin is nearest; both must be whole, and the normals agree.
 
@@ -98,7 +98,7 @@ cdef void touch(
         k = gate.stride * asked
         here = &source.patch[k]
         if here.whole:
-            move(motion, here.point, x)
+            move(motion, here.mean, x)
             squared = gate.squared
             found = target.tree.find(x, &squared)
             if found >= 0 and agree(here, &target.patch[found], x, motion, gate):

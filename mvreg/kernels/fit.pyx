@@ -3,7 +3,7 @@
 # distutils: language = c++
 """Curved patches, fitted to the points about samples."""
 
-from libc.math cimport INFINITY, sqrt
+from libc.math cimport INFINITY, fmax, sqrt
 from libcpp.algorithm cimport nth_element
 from libcpp.utility cimport pair
 from libcpp.vector cimport vector
@@ -21,6 +21,10 @@ cdef enum:
 
 # A point of a tree: how far it is (squared), and its place among the tree's entries.
 ctypedef pair[double, Py_ssize_t] Near
+# The sample that a point belongs to, and how far it is from it along its axes (squared).
+cdef struct Owner:
+    double apart
+    Py_ssize_t sample
 # As much farther than the last one's are the next sample's neighbours looked for (squared).
 cdef double GUESS = 1.4
 
@@ -28,8 +32,9 @@ cdef double GUESS = 1.4
 def fit(Tree tree not None, samples, axes, int count, double ridge):
     """Patches of second order through the nearest points about each sample, by least squares.
 
-    ``height(a, b) = h + s . (a, b) + c . (a^2 / 2, a b, b^2 / 2)`` over the plane of the first two
-    axes, with its origin at the sample.
+    ``height(a, b) = h + s . (a, b) + c . (a^2 / 2, a b, b^2 / 2)`` over the first two axes, with
+    its origin at the sample. Besides, every point that any patch rests on belongs to the cell of
+    one sample: the one that it is nearest to along that sample's first two axes.
 
     Parameters
     ----------
@@ -37,7 +42,7 @@ def fit(Tree tree not None, samples, axes, int count, double ridge):
         Of the points; at least one.
     samples : (S, 3) array
     axes : (S, 3, 3) array
-        Rows, orthonormal.
+        Rows: what coordinates along them are, as products with them.
     count : int
         How many neighbours, 1 to 128; all points of the tree if it has fewer.
     ridge : float
@@ -54,6 +59,7 @@ def fit(Tree tree not None, samples, axes, int count, double ridge):
     cdef double six[6]
     cdef double guess = tree.grain * tree.grain * count
     cdef vector[Near] near
+    cdef vector[Owner] owners
     if not 0 < count <= MOST:
         raise ValueError(f"expected 1 to {MOST} neighbours, got {count}")
     if tree.n == 0:
@@ -61,48 +67,61 @@ def fit(Tree tree not None, samples, axes, int count, double ridge):
     if frame.shape[0] != size:
         raise ValueError(f"expected axes for each of {size} samples, got {frame.shape[0]}")
     heights, slopes, bends = np.empty(size), np.empty((size, 2)), np.empty((size, 3))
-    reach, lopsided = np.empty(size), np.empty(size)
-    cdef double[::1] high = heights, wide = reach, off = lopsided
+    reach, lopsided, radius, variance = (np.empty(size) for _ in range(4))
+    cdef double[::1] high = heights, wide = reach, off = lopsided, far = radius, rough = variance
     cdef double[:, ::1] slope = slopes, bend = bends
+    counts, means, seconds = np.zeros(size), np.zeros((size, 3)), np.zeros((size, 3, 3))
+    cdef double[::1] many = counts
+    cdef double[:, ::1] mean = means
+    cdef double[:, :, ::1] second = seconds
     with nogil:
         near.resize(tree.n + 1)
+        owners.resize(tree.n)
+        for k in range(tree.n):
+            owners[k].apart, owners[k].sample = INFINITY, -1
         for k in range(size):
-            fit_one(tree, &given[k, 0], &frame[k, 0, 0], count, ridge, &guess, near.data(), six,
-                    &wide[k], &off[k])
+            fit_one(tree, &given[k, 0], &frame[k, 0, 0], k, count, ridge, &guess, near.data(),
+                    owners.data(), six, &wide[k], &off[k], &far[k], &rough[k])
             high[k] = six[0]
             slope[k, 0], slope[k, 1] = six[1], six[2]
             bend[k, 0], bend[k, 1], bend[k, 2] = six[3], six[4], six[5]
-    return FittedPatches(heights, slopes, bends, reach, lopsided)
+        if size:
+            gather_cells(tree, owners.data(), &given[0, 0], size, &many[0], &mean[0, 0],
+                         &second[0, 0, 0])
+    return FittedPatches(
+        heights, slopes, bends, reach, lopsided, radius, variance, counts, means, seconds)
 
 
-def distances(Tree tree not None, Py_ssize_t rank):
-    """How far each point's neighbour of a rank is, in the tree itself.
-
-    Parameters
-    ----------
-    tree : Tree
-    rank : int
-        At least 1, and less than there are points; the point itself has the rank 0.
-
-    Returns
-    -------
-    (N,) array
-    """
-    cdef double guess = tree.grain * tree.grain * rank
-    cdef vector[Near] near
-    cdef Py_ssize_t k
-    cdef bint enough
-    if not 0 < rank < tree.n:
-        raise ValueError(f"expected a rank of 1 to {tree.n - 1}, got {rank}")
-    found = np.empty(tree.n)
-    cdef double[::1] far = found
-    with nogil:
-        near.resize(tree.n + 1)
-        for k in range(tree.n):  # in the tree's order: the last one was near, the guess is good
-            enough = neighbours(
-                tree, tree.entries[k].x, rank + 1, &guess, near.data()) == rank + 1
-            far[tree.entries[k].index] = sqrt(near[rank].first) if enough else INFINITY
-    return found
+cdef void gather_cells(
+    Tree tree, const Owner* owners, const double* samples, Py_ssize_t size, double* counts,
+    double* means, double* seconds
+) noexcept nogil:
+    """How many points each sample's cell has, their mean, and their covariance."""
+    cdef double gap[3]
+    cdef double* mean
+    cdef double* second
+    cdef Py_ssize_t k, one
+    cdef int i, j
+    for k in range(tree.n):
+        one = owners[k].sample
+        if one >= 0:
+            counts[one] += 1
+            for i in range(3):  # from the sample: large coordinates leave sums their digits
+                means[3 * one + i] += tree.entries[k].x[i] - samples[3 * one + i]
+    for k in range(3 * size):
+        means[k] = samples[k] + (means[k] / counts[k // 3] if counts[k // 3] > 0 else 0.0)
+    for k in range(tree.n):
+        one = owners[k].sample
+        if one < 0:
+            continue
+        mean, second = means + 3 * one, seconds + 9 * one
+        for i in range(3):
+            gap[i] = tree.entries[k].x[i] - mean[i]
+        for i in range(3):
+            for j in range(3):
+                second[3 * i + j] += gap[i] * gap[j]
+    for k in range(9 * size):
+        seconds[k] /= fmax(counts[k // 9], 1)
 
 
 cdef Py_ssize_t gather(Tree tree, const double* x, double most, Near* found) noexcept nogil:
@@ -161,10 +180,11 @@ cdef Py_ssize_t neighbours(
 
 
 cdef void fit_one(
-    Tree tree, const double* x, const double* axes, Py_ssize_t count, double ridge, double* guess,
-    Near* near, double* six, double* reach, double* lopsided
+    Tree tree, const double* x, const double* axes, Py_ssize_t sample, Py_ssize_t count,
+    double ridge, double* guess, Near* near, Owner* owners, double* six, double* reach,
+    double* lopsided, double* radius, double* variance
 ) noexcept nogil:
-    """The patch about one sample."""
+    """The patch about one sample, and what it rests on of its cell."""
     cdef double local[3 * MOST]
     cdef double normal[36]
     cdef double gap[3]
@@ -172,9 +192,9 @@ cdef void fit_one(
     cdef double a, b, h, aa, ab, bb
     cdef double s10 = 0, s01 = 0, s20 = 0, s11 = 0, s02 = 0, s30 = 0, s21 = 0, s12 = 0, s03 = 0
     cdef double s40 = 0, s31 = 0, s22 = 0, s13 = 0, s04 = 0
-    cdef double h00 = 0, h10 = 0, h01 = 0, h20 = 0, h11 = 0, h02 = 0
+    cdef double h00 = 0, h10 = 0, h01 = 0, h20 = 0, h11 = 0, h02 = 0, left = 0
     cdef const double* point
-    cdef double most = 0, unit, per
+    cdef double most = 0, farthest = 0, unit, per
     cdef Py_ssize_t found = neighbours(tree, x, count, guess, near), k
     cdef int m
     for k in range(found):
@@ -186,7 +206,10 @@ cdef void fit_one(
                                 + axes[3 * m + 2] * gap[2])
         aa = local[3 * k] * local[3 * k] + local[3 * k + 1] * local[3 * k + 1]
         most = aa if aa > most else most
-    reach[0] = sqrt(most)
+        farthest = near[k].first if near[k].first > farthest else farthest
+        if aa < owners[near[k].second].apart:
+            owners[near[k].second].apart, owners[near[k].second].sample = aa, sample
+    reach[0], radius[0] = sqrt(most), sqrt(farthest)
     unit = reach[0] if most > 0 else 1.0
     per = 1 / unit
     for k in range(found):
@@ -213,6 +236,13 @@ cdef void fit_one(
     if not solve(normal, six, 6):
         for m in range(6):
             six[m] = 0
+    # What is left of the heights: a second look at the points, for differences of sums lose digits.
+    for k in range(found):
+        a, b = local[3 * k] * per, local[3 * k + 1] * per
+        h = local[3 * k + 2] - (six[0] + six[1] * a + six[2] * b + six[3] * (a * a / 2)
+                                + six[4] * (a * b) + six[5] * (b * b / 2))
+        left += h * h
+    variance[0] = left / fmax(found - 6, 1)
     for m in range(1, 3):
         six[m] /= unit
     for m in range(3, 6):

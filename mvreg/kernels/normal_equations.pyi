@@ -2,7 +2,7 @@ from mvreg.geometry.arrays import Array, Indices
 from mvreg.kernels.results import CellSums, NormalEquations
 
 def normal_equations(
-    jacobian: Array, residuals: Array, weights: Array, ends: Indices, width: float, cut: float
+    jacobian: Array, residuals: Array, weights: Array, ends: Indices, width: float
 ) -> NormalEquations: ...
 def cell_sums(
     jacobian: Array,
@@ -11,7 +11,6 @@ def cell_sums(
     points: Array,
     ends: Indices,
     width: float,
-    cut: float,
     low: Array,
     edge: float,
     across: Indices,

@@ -16,19 +16,20 @@ from mvreg.kernels import checks
 from mvreg.kernels.results import CellSums, NormalEquations
 
 
-def normal_equations(jacobian, residuals, weights, ends, double width, double cut):
+def normal_equations(jacobian, residuals, weights, ends, double width):
     """The weighted sums ``J^T W J`` and ``J^T W r`` over each way's rows.
 
     Parameters
     ----------
     jacobian : (M, 6) array
     residuals, weights : (M,) arrays
-        Each weight is multiplied by ``(1 + u^2)^-2`` for the residual u in units of the width, that
-        of Geman and McClure (1985) in iteratively reweighted least squares.
+        Each weight is multiplied by ``(1 - u^2)^2`` for a residual u below 1 in units of the width,
+        and by 0 for others: that of Tukey's biweight (Beaton and Tukey 1974) in iteratively
+        reweighted least squares.
     ends : (W + 1,) array
         Where the rows of each way begin, and where those of the last one end.
-    width, cut : float
-        Residuals beyond so many widths have no weight.
+    width : float
+        Residuals beyond it have no weight.
 
     Returns
     -------
@@ -47,16 +48,16 @@ def normal_equations(jacobian, residuals, weights, ends, double width, double cu
         return NormalEquations(normals, gradients)
     with nogil:
         for w in range(count):
-            add(end[w], end[w + 1], &row[0, 0], &residual[0], &weight[0], width, cut * cut,
+            add(end[w], end[w + 1], &row[0, 0], &residual[0], &weight[0], width,
                 &normal[w, 0, 0], &gradient[w, 0])
     return NormalEquations(normals, gradients)
 
 
 cdef void add(
     Py_ssize_t first, Py_ssize_t last, const double* jacobian, const double* residuals,
-    const double* weights, double width, double most, double* normal, double* gradient
+    const double* weights, double width, double* normal, double* gradient
 ) noexcept nogil:
-    """Add rows to sums that are zero; `most` is the cut squared."""
+    """Add rows to sums that are zero."""
     cdef double sums[36]
     cdef double slopes[6]
     cdef double square, share, slope
@@ -67,9 +68,9 @@ cdef void add(
     memset(slopes, 0, sizeof(slopes))
     for k in range(first, last):
         square = (residuals[k] / width) * (residuals[k] / width)
-        if not square < most:
+        if not square < 1:
             continue
-        share = weights[k] / ((1 + square) * (1 + square))
+        share = weights[k] * ((1 - square) * (1 - square))
         row = jacobian + 6 * k
         for m in range(6):
             slope = share * row[m]
@@ -82,8 +83,7 @@ cdef void add(
             normal[6 * m + n] = normal[6 * n + m] = sums[6 * m + n]
 
 
-def cell_sums(jacobian, residuals, weights, points, ends, double width, double cut, low,
-              double edge, across):
+def cell_sums(jacobian, residuals, weights, points, ends, double width, low, double edge, across):
     """The gradients ``J^T W r`` of each way's residuals in every cell of a grid, weighted as above.
 
     The scores of clusters, of which a covariance that allows for correlation within them is made
@@ -91,7 +91,7 @@ def cell_sums(jacobian, residuals, weights, points, ends, double width, double c
 
     Parameters
     ----------
-    jacobian, residuals, weights, ends, width, cut
+    jacobian, residuals, weights, ends, width
         As in `normal_equations`.
     points : (M, 3) array
         Where the residuals are.
@@ -141,8 +141,8 @@ def cell_sums(jacobian, residuals, weights, points, ends, double width, double c
                     sums.resize(6 * cells.size(), 0.0)
                     slopes = &sums[6 * cells.size() - 6]
                 square = (residual[one] / width) * (residual[one] / width)
-                if square < cut * cut:
-                    share = weight[one] * residual[one] / ((1 + square) * (1 + square))
+                if square < 1:
+                    share = weight[one] * residual[one] * ((1 - square) * (1 - square))
                     for m in range(6):
                         slopes[m] += share * row[one, m]
             last_[w + 1] = cells.size()

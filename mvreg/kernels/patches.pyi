@@ -16,6 +16,8 @@ class Patches:
         normals: Array,
         reach: Array,
         whole: NDArray[np.bool_],
+        means: Array,
+        seconds: Array,
     ) -> None: ...
 
 def gaps(surface: Patches, points: Array, patches: Indices, flat: bool) -> Gaps: ...

@@ -29,10 +29,12 @@ cdef class Patches:
     bends : (S, 3) array
     reach : (S,) array
     whole : (S,) array of bool
+    means : (S, 3) array
+    seconds : (S, 3, 3) array
     """
 
     def __cinit__(
-        self, Tree tree not None, points, axes, slopes, bends, normals, reach, whole
+        self, Tree tree not None, points, axes, slopes, bends, normals, reach, whole, means, seconds
     ):
         # What is found in the tree is looked up among the patches.
         cdef const double[:, ::1] points_ = checks.floats("points", points, tree.n, 3)
@@ -42,6 +44,8 @@ cdef class Patches:
         cdef const double[:, ::1] normals_ = checks.floats("normals", normals, tree.n, 3)
         cdef const double[::1] reach_ = checks.floats("reach", reach, tree.n)
         cdef const unsigned char[::1] whole_ = checks.flags("whole", whole, tree.n)
+        cdef const double[:, ::1] means_ = checks.floats("means", means, tree.n, 3)
+        cdef const double[:, :, ::1] seconds_ = checks.floats("seconds", seconds, tree.n, 3, 3)
         cdef Py_ssize_t k
         cdef Patch* one
         self.tree = tree
@@ -54,6 +58,8 @@ cdef class Patches:
             memcpy(one.slope, &slopes_[k, 0], 2 * sizeof(double))
             memcpy(one.bend, &bends_[k, 0], 3 * sizeof(double))
             memcpy(one.normal, &normals_[k, 0], 3 * sizeof(double))
+            memcpy(one.mean, &means_[k, 0], 3 * sizeof(double))
+            memcpy(one.second, &seconds_[k, 0, 0], 9 * sizeof(double))
             one.reach, one.whole = reach_[k], whole_[k]
 
 

@@ -16,5 +16,6 @@ def rows(
     residuals: Array,
     jacobian: Array,
     points: Array,
+    aside: Array,
 ) -> None: ...
 def farthest(points: Array, before: Array, after: Array) -> float: ...

@@ -8,7 +8,9 @@ from libc.string cimport memcpy
 from libcpp.vector cimport vector
 
 from mvreg.kernels.linear cimport Motion, cross, move, of_array, turn
-from mvreg.kernels.patches cimport Patches, between, height, one_of, placed
+from mvreg.kernels.patches cimport (
+    Patch, Patches, between, height_of_cell, one_of, placed, turned_covariance,
+)
 
 import numpy as np
 
@@ -25,9 +27,9 @@ cdef struct About:
 def rows(
     surfaces, motions, ways, ends, samples, patches, centre, double radius, bint flat,
     double[::1] residuals not None, double[:, ::1] jacobian not None,
-    double[:, ::1] points not None
+    double[:, ::1] points not None, double[::1] aside not None
 ):
-    """How far samples are from patches, and how that changes with the source's motion.
+    """How far samples' cells are from patches, and how that changes with the source's motion.
 
     Parameters
     ----------
@@ -45,6 +47,8 @@ def rows(
         radius.
     points : (M, 3) array
         And this: where the samples are.
+    aside : (M,) array
+        And this: how far along the patches they are, in units of how far these reach, squared.
     """
     cdef Py_ssize_t count = len(surfaces), size = residuals.shape[0], w, k, wrong = -1
     cdef vector[double] motion = placed(motions, count)
@@ -57,7 +61,8 @@ def rows(
     cdef About about
     if end.shape[0] != way.shape[0] + 1:
         raise InputError(f"expected the ends of {way.shape[0]} ways, got {end.shape[0]} numbers")
-    if not here.shape[0] == there.shape[0] == jacobian.shape[0] == points.shape[0] == size:
+    if not (here.shape[0] == there.shape[0] == jacobian.shape[0] == points.shape[0]
+            == aside.shape[0] == size):
         raise ValueError(f"expected {size} samples, patches and rows, got {here.shape[0]}, "
                          f"{there.shape[0]}, {jacobian.shape[0]} and {points.shape[0]}")
     if jacobian.shape[1] != 6 or points.shape[1] != 3:
@@ -76,7 +81,7 @@ def rows(
             else:
                 fill(source, target, &motion[12 * way[w, 0]], &motion[12 * way[w, 1]],
                      end[w + 1] - end[w], &here[end[w]], &there[end[w]], &about,
-                     &residuals[end[w]], &jacobian[end[w], 0], &points[end[w], 0])
+                     &residuals[end[w]], &jacobian[end[w], 0], &points[end[w], 0], &aside[end[w]])
         if wrong >= 0:
             raise ValueError(
                 f"expected positions among {source.size} samples and {target.size} patches, "
@@ -86,7 +91,7 @@ def rows(
 cdef void fill(
     Patches source, Patches target, const double* from_source, const double* from_target,
     Py_ssize_t size, const Py_ssize_t* samples, const Py_ssize_t* patches, const About* about,
-    double* residuals, double* jacobian, double* points
+    double* residuals, double* jacobian, double* points, double* aside
 ) noexcept nogil:
     """The rows of one surface on another.
 
@@ -97,16 +102,19 @@ cdef void fill(
     cdef Motion into
     cdef double x[3]
     cdef double inward[3]
-    cdef double aside
+    cdef double spread[9]
+    cdef const Patch* patch
     cdef double* p
     cdef double* n
     cdef Py_ssize_t k
     cdef int m
     between(from_source, from_target, into)
     for k in range(size):
-        move(into, source.patch[samples[k]].point, x)
-        residuals[k] = height(
-            &target.patch[patches[k]], x, about.flat, inward, &aside) * about.unit
+        patch = &target.patch[patches[k]]
+        move(into, source.patch[samples[k]].mean, x)
+        turned_covariance(into, source.patch[samples[k]].second, spread)
+        residuals[k] = height_of_cell(patch, x, spread, about.flat, inward, &aside[k]) * about.unit
+        aside[k] /= patch.reach * patch.reach if patch.reach > 0 else 1.0
         n, p = jacobian + (6 * k + 3), points + 3 * k
         turn(from_target, inward, n)
         move(from_target, x, p)

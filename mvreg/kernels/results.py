@@ -99,6 +99,8 @@ class Moments(NamedTuple):
 class FittedPatches(NamedTuple):
     """Patches of second order about samples, ``height(a, b)`` over the first two of their axes.
 
+    Every point that a patch rests on is in the cell of one sample.
+
     Parameters
     ----------
     heights : (S,) array
@@ -111,6 +113,16 @@ class FittedPatches(NamedTuple):
     lopsided : (S,) array
         How far off the sample their mean is along the patch, in units of `reach`; 0 for a reach
         of 0.
+    radius : (S,) array
+        How far the points are from the sample, at most (length).
+    variance : (S,) array
+        Of the points' heights about the patch, with six degrees of freedom spent (length^2).
+    counts : (S,) array
+        How many points the cell of each sample has.
+    means : (S, 3) array
+        Of these; the sample where there are none.
+    seconds : (S, 3, 3) array
+        Their covariance (length^2).
     """
 
     heights: Array
@@ -118,6 +130,11 @@ class FittedPatches(NamedTuple):
     bends: Array
     reach: Array
     lopsided: Array
+    radius: Array
+    variance: Array
+    counts: Array
+    means: Array
+    seconds: Array
 
 
 class Gaps(NamedTuple):

@@ -43,7 +43,7 @@ def made():
     index = Tree(points)
     axes = np.repeat(np.eye(3)[None], N, axis=0)
     whole, bends = np.ones(N, bool), np.zeros((N, 3))
-    parts = points, axes, bends[:, :2], bends, normals, np.ones(N), whole
+    parts = points, axes, bends[:, :2], bends, normals, np.ones(N), whole, points, axes
     return {
         "points": points, "normals": normals, "scales": scales, "tree": index, "axes": axes,
         "words": rng.normal(size=(K, 6)), "parts": parts, "patches": patches.Patches(index, *parts),
@@ -57,9 +57,9 @@ def made():
 
 
 def rows_given():
-    """A call's arguments of `residuals.rows`; it writes into the last three."""
+    """A call's arguments of `residuals.rows`; it writes into the last four."""
     m, some = made(), np.arange(12)
-    out = np.zeros(12), np.zeros((12, 6)), np.zeros((12, 3))
+    out = np.zeros(12), np.zeros((12, 6)), np.zeros((12, 3)), np.zeros(12)
     return (
         [m["patches"]] * 2, m["motions"], m["ways"], np.array([0, 6, 12]), some, some, np.zeros(3),
         1.0, True, *out,
@@ -97,7 +97,6 @@ def cases():
         "overlap.box": (overlap.box, (points, motion)),
         "hidden.hidden": (hidden.hidden, (points, m["normals"][:5], up, 0.2, 0.1)),
         "fit.fit": (fit.fit, (index, points, m["axes"], 8, 1e-3)),
-        "fit.distances": (fit.distances, (index, 4)),
         "grid.Cells": (grid.Cells, (points, 0.3)),
         "trimmed_pairs.Pairing": (trimmed_pairs.Pairing, (index, points, 1.0, 0.4, 3.0)),
         "anderson.Acceleration": (anderson.Acceleration, (pairing,)),
@@ -114,11 +113,11 @@ def cases():
         ),
         "residuals.rows": (residuals.rows, rows_given()),
         "normal_equations.normal_equations": (
-            normal_equations.normal_equations, (m["jacobian"], twelve, twelve, ends, 1.0, 3.0),
+            normal_equations.normal_equations, (m["jacobian"], twelve, twelve, ends, 1.0),
         ),
         "normal_equations.cell_sums": (
             normal_equations.cell_sums,
-            (m["jacobian"], twelve, twelve, points[:12], ends, 1.0, 3.0, -9 * np.ones(3), 0.5,
+            (m["jacobian"], twelve, twelve, points[:12], ends, 1.0, -9 * np.ones(3), 0.5,
              np.array([40, 40, 40])),
         ),
         "residuals.farthest": (residuals.farthest, (points, motion, motion)),

@@ -24,12 +24,17 @@ class Patches:
     normals: Array
     reach: Array
     whole: NDArray[np.bool_]
+    means: Array
+    seconds: Array
 
 
 def gaps(
-    surface: Patches, points: Array, patches: Indices, flat: bool
+    surface: Patches, points: Array, patches: Indices, flat: bool, spread: Array | None = None
 ) -> tuple[Array, Array, Array]:
-    """How far points are from patches, across the surface and along it."""
+    """How far points are from patches, across the surface and along it.
+
+    Of means of points with a covariance `spread` (M, 3, 3), how far these are in the mean.
+    """
     local = np.einsum("mij,mj->mi", surface.axes[patches], points - surface.points[patches])
     across, height = local[:, :2], local[:, 2]
     slopes = surface.slopes[patches]
@@ -40,10 +45,16 @@ def gaps(
         bent = np.stack([bends[:, 0] * a + bends[:, 1] * b, bends[:, 1] * a + bends[:, 2] * b])
         below = below + (bent.T * across).sum(axis=1) / 2
         slopes = slopes + bent.T
-    steep = np.sqrt(1 + (slopes**2).sum(axis=1))
-    upright = np.column_stack([-slopes, np.ones(len(slopes))]) / steep[:, None]
+        if spread is not None:
+            along = surface.axes[patches][:, :2]
+            (aa, ab), (_, bb) = np.einsum("mai,mij,mbj->abm", along, spread, along)
+            below = below + (bends * np.stack([aa, 2 * ab, bb], axis=1)).sum(axis=1) / 2
+    upright = np.column_stack([-slopes, np.ones(len(slopes))])
     normals = np.einsum("mi,mij->mj", upright, surface.axes[patches])
-    return (height - below) / steep, normals, np.sqrt((across**2).sum(axis=1))
+    steep = np.linalg.norm(normals, axis=1)
+    return (
+        (height - below) / steep, normals / steep[:, None], np.sqrt((across**2).sum(axis=1)),
+    )  # fmt: skip
 
 
 def contacts(
@@ -85,7 +96,7 @@ def touch(
     samples = np.arange(0, len(source.points), stride)
     if not len(target.points):
         return samples[:0], samples[:0]
-    points = se3.apply(transform, source.points[samples])
+    points = se3.apply(transform, source.means[samples])
     apart = np.linalg.norm(points[:, None] - target.points[None], axis=2)
     patches = apart.argmin(axis=1)
     _, normals, aside = gaps(target, points, patches, flat)
@@ -110,12 +121,15 @@ def rows(
     residuals: Array,
     jacobian: Array,
     points: Array,
+    aside: Array,
 ) -> None:
-    """How far samples are from patches, and how that changes with the source's motion."""
+    """How far samples' cells are from patches, and how that changes with the source's motion."""
     for (i, j), part in zip(ways, parts_of(ends), strict=True):
         into = se3.invert(motions[j]) @ motions[i]
-        there = se3.apply(into, surfaces[i].points[samples[part]])
-        heights, normals, _ = gaps(surfaces[j], there, patches[part], flat)
+        there = se3.apply(into, surfaces[i].means[samples[part]])
+        spread = into[:3, :3] @ surfaces[i].seconds[samples[part]] @ into[:3, :3].T
+        heights, normals, along = gaps(surfaces[j], there, patches[part], flat, spread)
+        aside[part] = (along / surfaces[j].reach[patches[part]]) ** 2
         residuals[part] = heights / radius
         points[part] = (se3.apply(motions[j], there) - centre) / radius
         jacobian[part, 3:] = normals @ motions[j][:3, :3].T
@@ -128,11 +142,11 @@ def parts_of(ends: Indices) -> list[slice]:
 
 
 def normal_equations(
-    jacobian: Array, residuals: Array, weights: Array, ends: Indices, width: float, cut: float
+    jacobian: Array, residuals: Array, weights: Array, ends: Indices, width: float
 ) -> tuple[Array, Array]:
     """The weighted sums ``J^T W J`` and ``J^T W r`` over each way's rows."""
     square = (residuals / width) ** 2
-    weights = weights * np.where(square < cut**2, (1 + square) ** -2.0, 0.0)
+    weights = weights * np.where(square < 1, (1 - square) ** 2, 0.0)
     weighted = jacobian * weights[:, None]
     normals = [jacobian[part].T @ weighted[part] for part in parts_of(ends)]
     gradients = [weighted[part].T @ residuals[part] for part in parts_of(ends)]
@@ -146,14 +160,13 @@ def cell_sums(
     points: Array,
     ends: Indices,
     width: float,
-    cut: float,
     low: Array,
     edge: float,
     across: Indices,
 ) -> tuple[Indices, Indices, Array]:
     """The gradients ``J^T W r`` of each way's residuals in every cell of a grid."""
     square = (residuals / width) ** 2
-    weights = weights * np.where(square < cut**2, (1 + square) ** -2.0, 0.0)
+    weights = weights * np.where(square < 1, (1 - square) ** 2, 0.0)
     slopes = jacobian * (weights * residuals)[:, None]
     places = np.floor((points - low) / edge).astype(np.int64)
     keys = (places[:, 0] * across[1] + places[:, 1]) * across[2] + places[:, 2]

@@ -19,7 +19,8 @@ def rows(jacobian: Array, residuals: Array) -> Rows:
     some = np.arange(count)
     one = Contacts(np.array([[1, 0]]), np.array([0, count]), some, some, np.ones(count))
     points = 10.0 * np.column_stack([some, np.zeros((count, 2))])
-    return Rows(one, residuals, jacobian, points)
+    ones = np.ones(count)
+    return Rows(one, residuals, jacobian, points, ones, np.zeros(count), ones)
 
 
 def estimated(jacobian: Array, noise: Array, width: float) -> tuple[Array, Array]:

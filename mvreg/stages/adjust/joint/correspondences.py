@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,11 +15,14 @@ from mvreg.kernels import overlap
 from mvreg.kernels.results import PatchContacts
 from mvreg.parallel import in_threads, slices
 from mvreg.stages.adjust.joint.surface import Surface
-from mvreg.surface.overlap import LEAST_COSINE
 from mvreg.types import Array, Indices
 
 #: Contacts of a pair of scans, at least: twice as many as a motion has degrees of freedom.
 FEWEST = 12
+#: Cosine between the normals of a contact, at least. From far off, normals differ by the motion
+#: and 45 degrees are few; near the end they differ by noise and where a surface bends. With 0.95
+#: the poorest normals, of the best-placed grazing rays, are lost; with 0.7 sides of an edge meet.
+LEAST_COSINE, FLAT_LEAST_COSINE = 0.9, 0.7
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +39,8 @@ class Contacts:
     samples, patches : (M,) arrays
         Positions in the surfaces of the two scans.
     weights : (M,) array
-        How much of what is known about the surface each one stands for.
+        How much of what is known about the surface each one stands for (1 / length^2); see
+        `mvreg.stages.adjust.joint.weighting`. Ones as they are found.
     """
 
     ways: Indices
@@ -49,12 +53,6 @@ class Contacts:
     def counts(self) -> Indices:
         """(W,): how many contacts each way has."""
         return np.diff(self.ends)
-
-    def places(self, surfaces: Sequence[Surface]) -> tuple[Indices, Indices]:
-        """(M,), (M,): where samples and patches are among those of all surfaces in a row."""
-        begin = ends_of(np.array([len(surface.points) for surface in surfaces]))
-        sources, targets = np.repeat(begin[self.ways], self.counts, axis=0).T
-        return sources + self.samples, targets + self.patches
 
     def some(self, chosen: NDArray[np.bool_]) -> Contacts:
         """The contacts of those ways (W,) that are chosen."""
@@ -69,6 +67,8 @@ class Contacts:
 class Gate:
     """Which contacts count: those closer than `reach` (length), of every `stride`-th sample.
 
+    The cosine between the normals must be above `least_cosine`.
+
     A `flat` gate asks the tangent planes of patches however far away from their middle, one that is
     not asks the curved patches, no farther along than their raw points reach.
     """
@@ -76,6 +76,7 @@ class Gate:
     reach: float
     stride: int = 1
     flat: bool = False
+    least_cosine: float = LEAST_COSINE
 
 
 def touching(surfaces: Sequence[Surface], motions: Array, reach: float) -> list[tuple[int, int]]:
@@ -99,8 +100,8 @@ def contacts(
 
     def found(part: slice) -> PatchContacts:
         return kernel.contacts(
-            patches, motions, ways[part], gate.reach, gate.stride, gate.flat, LEAST_COSINE,
-            oriented,
+            patches, motions, ways[part], gate.reach, gate.stride, gate.flat,
+            gate.least_cosine, oriented,
         )  # fmt: skip
 
     parts = in_threads(found, slices(len(ways), 1))
@@ -109,26 +110,4 @@ def contacts(
     others = np.concatenate([part.patches for part in parts])
     every = Contacts(ways, ends_of(counts), samples, others, np.ones(len(samples)))
     enough = np.repeat(counts.reshape(-1, 2).sum(axis=1) >= FEWEST, 2) & (counts > 0)
-    kept = every.some(enough)
-    return replace(kept, weights=_weights(surfaces, kept, gate.stride))
-
-
-def _weights(surfaces: Sequence[Surface], found: Contacts, stride: int) -> Array:
-    """The weights that make the most of what all scans know of a surface.
-
-    Where scans k of densities d_k lie on the same unknown surface, least squares over the poses and
-    the surface leave, once the surface is eliminated, the weight ``d_i d_j / sum_k d_k`` per area
-    to the gap between i and j. A sample of i stands for ``share_i / d_i`` of area; both ways count
-    a half each. Thus nothing that three scans agree on is counted three times. What a sensor saw at
-    a grazing angle counts less.
-    """
-    density = np.concatenate([surface.density for surface in surfaces])
-    share = np.concatenate([surface.share for surface in surfaces])
-    incidence_weight = np.concatenate([surface.incidence_weight for surface in surfaces])
-    samples, patches = found.places(surfaces)
-    total = density + np.bincount(samples, density[patches], len(density))
-    weights: Array = (
-        stride * share[samples] * density[patches] / total[samples]
-        * incidence_weight[samples] * incidence_weight[patches] / 2
-    )  # fmt: skip
-    return weights
+    return every.some(enough)

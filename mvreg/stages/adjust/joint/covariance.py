@@ -9,7 +9,7 @@ import numpy as np
 
 from mvreg.kernels.normal_equations import cell_sums
 from mvreg.stages.adjust.joint.block_matrix import of_blocks, some_columns
-from mvreg.stages.adjust.joint.normal_equations import CUT, Frame, Rows, System, curvature, weight
+from mvreg.stages.adjust.joint.normal_equations import Frame, Rows, System, curvature, weight
 from mvreg.types import Array
 
 #: Columns solved for at a time, a multiple of six: bounds the memory.
@@ -71,7 +71,7 @@ def _inverse(system: System, sums: Any) -> tuple[float, list[Array]]:
 
 
 def _total(found: Rows, width: float, kernel: Callable[[Array, float], Array]) -> float:
-    return float(found.contacts.weights @ kernel(found.residuals, width))
+    return float(found.weights @ kernel(found.residuals, width))
 
 
 def _cell_gradients(found: Rows, system: System, width: float, cell: float) -> Any:
@@ -80,8 +80,8 @@ def _cell_gradients(found: Rows, system: System, width: float, cell: float) -> A
     across = np.floor((high - low) / cell).astype(np.int64) + 1
     sums = found.in_parts(
         lambda _, ends: cell_sums(
-            found.jacobian, found.residuals, found.contacts.weights, found.points, ends, width,
-            CUT, low, cell, across,
+            found.jacobian, found.residuals, found.weights, found.points, ends, width, low,
+            cell, across,
         )
     )  # fmt: skip
     counts = np.concatenate([np.diff(part.ends) for part in sums])

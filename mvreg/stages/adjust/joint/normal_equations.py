@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,8 +17,6 @@ from mvreg.stages.adjust.joint.correspondences import Contacts
 from mvreg.stages.adjust.joint.surface import Surface
 from mvreg.types import Array, Indices
 
-#: Residuals beyond so many widths of the kernel have a weight below 1 per cent, and get none.
-CUT = 3.0
 #: The median of absolute residuals, times this, is the standard deviation of Gaussian ones.
 MAD = 1.4826
 #: Levenberg's damping, of the mean diagonal: picks the smallest step where nothing holds a pose,
@@ -60,16 +58,48 @@ class Frame:
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """The residuals of contacts under some poses, in units of the frame's radius.
+    """The residuals of contacts under some poses.
 
-    `residuals` (M,); `jacobian` (M, 6) is for the pose of a contact's source, and its negative for
-    that of its target; `points` (M, 3) are where they are, in the frame.
+    Parameters
+    ----------
+    contacts : Contacts
+    residuals : (M,) array
+        In units of `unit`.
+    jacobian : (M, 6) array
+        For the pose of a contact's source, and its negative for that of its target.
+    points : (M, 3) array
+        Where they are, in units of the frame's radius.
+    weights : (M,) array
+        Of the residuals squared.
+    aside : (M,) array
+        How far along the patches, in units of their reach, squared.
+    unit : (M,) array
+        What residuals are in units of (length).
     """
 
     contacts: Contacts
     residuals: Array
     jacobian: Array
     points: Array
+    weights: Array
+    aside: Array
+    unit: Array
+
+    @property
+    def lengths(self) -> Array:
+        """(M,): the residuals as lengths."""
+        return self.residuals * self.unit
+
+    def whitened(self, deviations: Array) -> Rows:
+        """The same in units of what each residual is expected to be (M,), a length."""
+        change = self.unit / deviations
+        return replace(
+            self,
+            residuals=self.residuals * change,
+            jacobian=self.jacobian * change[:, None],
+            weights=self.weights / change**2,
+            unit=deviations,
+        )
 
     def in_parts(self, function: Callable[[slice, Indices], Answer]) -> list[Answer]:
         """What a function says of some of the ways at a time, with where their rows begin and end.
@@ -84,14 +114,18 @@ class Rows:
 def rows(
     surfaces: Sequence[Surface], motions: Array, contacts: Contacts, frame: Frame, flat: bool
 ) -> Rows:
-    """Point-to-surface residuals of all contacts, and how they change with the poses."""
+    """Point-to-surface residuals of all contacts, in units of the frame's radius."""
     size = len(contacts.samples)
-    made = Rows(contacts, np.empty(size), np.empty((size, 6)), np.empty((size, 3)))
+    made = Rows(
+        contacts, np.empty(size), np.empty((size, 6)), np.empty((size, 3)),
+        contacts.weights * frame.radius**2, np.empty(size), np.full(size, frame.radius),
+    )  # fmt: skip
     patches = [surface.patches for surface in surfaces]  # built once, before the threads ask
     made.in_parts(
         lambda part, ends: residual_kernel.rows(
             patches, motions, contacts.ways[part], ends, contacts.samples, contacts.patches,
             frame.centre, frame.radius, flat, made.residuals, made.jacobian, made.points,
+            made.aside,
         )
     )  # fmt: skip
     return made
@@ -107,19 +141,19 @@ def spread(residuals: Array) -> float:
 
 
 def weight(residuals: Array, width: float) -> Array:
-    """Weights (M,) of Geman and McClure (1985) in iterated least squares, ``(1 + u^2)^-2``.
+    """Weights (M,) of Tukey's biweight in iterated least squares, ``(1 - u^2)^2``.
 
-    ``u`` is the residual in kernel widths; beyond three there is no weight.
+    ``u`` is the residual in kernel widths; beyond one there is no weight (Beaton and Tukey 1974).
     """
     square = (residuals / width) ** 2
-    weights: Array = np.where(square < CUT**2, (1 + square) ** -2.0, 0.0)
+    weights: Array = np.where(square < 1, (1 - square) ** 2, 0.0)
     return weights
 
 
 def curvature(residuals: Array, width: float) -> Array:
-    """Second derivatives (M,) of the kernel, ``(1 - 3 u^2) (1 + u^2)^-3``, as for `weight`."""
+    """Second derivatives (M,) of the kernel, ``(1 - u^2) (1 - 5 u^2)``, as for `weight`."""
     square = (residuals / width) ** 2
-    bent: Array = np.where(square < CUT**2, (1 - 3 * square) * (1 + square) ** -3.0, 0.0)
+    bent: Array = np.where(square < 1, (1 - square) * (1 - 5 * square), 0.0)
     return bent
 
 
@@ -140,7 +174,7 @@ class System:
         """Sum over all rows, each with its weight and the kernel's."""
         sums = found.in_parts(
             lambda _, ends: kernel.normal_equations(
-                found.jacobian, found.residuals, found.contacts.weights, ends, width, CUT
+                found.jacobian, found.residuals, found.weights, ends, width
             )
         )
         blocks = np.concatenate([part.normals for part in sums])

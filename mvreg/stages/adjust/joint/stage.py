@@ -47,10 +47,13 @@ class JointRefinement:
     Point to plane (Chen and Medioni 1992) over all overlapping pairs of scans at once (Pulli 1999;
     Neugebauer 1997, who also solves for all poses in one system): samples of each scan, smoothed
     over the raw points about them, are to lie on the curved patches of every other scan. Robust
-    (Geman and McClure 1985), with a kernel that shrinks with the residuals' spread; Gauss-Newton on
-    SE(3) with sparse normal equations, the gauge fixed at the reference. First on few samples and
-    on planes, from far off; then on all. Where it ends does not depend on where it starts: from
-    three degrees off on real scans it is the same to 0.01 resolutions.
+    (Tukey's biweight, Beaton and Tukey 1974), with a kernel that shrinks with the residuals'
+    spread; Gauss-Newton on SE(3) with sparse normal equations, the gauge fixed at the reference.
+    First on few samples and on planes, from far off; then on all, each weighted by the noise that
+    its scan has there, which is told by how the points scatter about their surface, and by what
+    scans get wrong together at an incidence, told by how far their surfaces are apart. Where it
+    ends does not depend on where it starts: from three degrees off on real scans it is the same to
+    0.01 resolutions.
 
     Scans that no chain of overlaps joins to the reference keep their poses, and partial models are
     refined each by itself. The result has covariances and links; the scan that fixes the gauge has
@@ -62,26 +65,19 @@ class JointRefinement:
         At first surfaces attract each other over so many resolutions. Three degrees turn the ends
         of the Bunny's scans by about three.
     kernel : float
-        Width of the kernel, in standard deviations of the residuals: there a residual has a quarter
-        of its weight. Of Tukey's biweight, Huber's and this one, 1 to 3 wide, this one with 2
-        left the least median distance between the surfaces of Bunny and Dragon, and it hardly cares
-        what a fine relief does to the patches of `figurine`. On Gaussian residuals it has 78 per
-        cent of the efficiency of least squares.
+        Width of the kernel, in standard deviations of the residuals: what is farther off counts for
+        nothing. On Gaussian residuals this width has 95 per cent of the efficiency of least squares
+        (Holland and Welsch 1977).
     max_rounds : int
         Most rounds of finding contacts and solving, in each of the two phases; five are usual.
-    dense : bool
-        Sample every second raw point, not just the views' own points. It comes nearer to the bound
-        that noise sets, by a third on `figurine`'s blobs, at five times the cost; on real scans
-        their distortion decides.
     guarded : bool
         Keep the poses as they were where the surfaces meet less in the end, see
         `mvreg.surface.consistency.fit_score`.
     """
 
     reach: float = 4.0
-    kernel: float = 2.0
+    kernel: float = 4.685
     max_rounds: int = 30
-    dense: bool = False
     guarded: bool = True
     holds_fixed: ClassVar[bool] = True
 
@@ -121,7 +117,7 @@ class JointRefinement:
         resolution = placed[0].scale.resolution
         held = frozenset(names.index(name) for name in fixed if name in names)
         solver = Solver(
-            surfaces(placed, self.dense), tuple(names), held, resolution,
+            surfaces(placed), tuple(names), held, resolution,
             self.reach, self.kernel, self.max_rounds,
         )  # fmt: skip
         settled = solver.settle([poses[name] for name in names])
