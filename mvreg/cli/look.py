@@ -12,6 +12,7 @@ import numpy as np
 from mvreg.cli.spelling import quoted_paths
 from mvreg.errors import InputError
 from mvreg.types import Input, ScanSet
+from mvreg.types.figures import significant
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -100,7 +101,8 @@ def table(scanset: ScanSet) -> Table:
     for scan, spacing in zip(scanset.scans, spacings, strict=True):
         sides = np.ptp(scan.points, axis=0)
         shown.add_row(
-            scan.name, f"{number_of_points(scan):,}", " x ".join(f"{side:.4g}" for side in sides),
-            f"{spacing:.3g}", scanset.sensor_of(scan), ", ".join(attributes_of(scan)) or "-",
+            scan.name, f"{number_of_points(scan):,}",
+            " x ".join(significant(side, 4) for side in sides),
+            significant(spacing), scanset.sensor_of(scan), ", ".join(attributes_of(scan)) or "-",
         )  # fmt: skip
     return shown

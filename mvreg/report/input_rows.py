@@ -9,6 +9,7 @@ import numpy as np
 
 from mvreg.report.formatting import count, unit_name
 from mvreg.types import Finding, Input, Scan, ScanSet
+from mvreg.types.figures import significant
 
 Row = dict[str, object]
 #: So many sentences are said when a run starts.
@@ -68,7 +69,7 @@ def what_was_read(scanset: ScanSet) -> str:
         parts[0] += f" from {count(scanset.input.files, 'file')}"
     parts.append(f"{sum(map(number_of_points, scans)):,} points")
     spans = [float(np.ptp(scan.points, axis=0).max()) for scan in scans]
-    low, high = f"{min(spans, default=0):.3g}", f"{max(spans, default=0):.3g}"
+    low, high = significant(min(spans, default=0)), significant(max(spans, default=0))
     unit = unit_name(scanset.unit)
     parts.append(f"{low} to {high} {unit} across" if low != high else f"{low} {unit} across")
     names = dict.fromkeys(name for scan in scans for name in attributes_of(scan))

@@ -111,4 +111,4 @@ def test_points_far_from_all_others() -> None:
     scans[2] = np.vstack([scans[2], [[1e6, 0, 0]] * 3])
     (finding,) = found(scans)
     assert (finding.kind, finding.scans) == ("stray", ("2.ply",))
-    assert finding.text.startswith("2.ply: 3 points are up to 1e+06 from the middle")
+    assert finding.text.startswith("2.ply: 3 points are up to 1,000,000 from the middle")

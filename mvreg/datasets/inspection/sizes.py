@@ -10,6 +10,7 @@ import numpy as np
 
 from mvreg.datasets.inspection.names import named
 from mvreg.types import Finding, Scan
+from mvreg.types.figures import significant
 
 #: Scans are compared by so many of their points.
 SAMPLE = 2000
@@ -87,7 +88,8 @@ def units(sizes: Sequence[Size]) -> Iterator[Finding]:
         yield Finding(
             "unit", names,
             f"{named(names)} {'spans' if len(names) == 1 else 'span'} "
-            f"{_middle(group, 'span'):,.3g}, the median scan {_middle(usual, 'span'):,.3g}: "
+            f"{significant(_middle(group, 'span'))}, the median scan "
+            f"{significant(_middle(usual, 'span'))}: "
             f"another unit?{guess}",
             "bring all files into one unit of length, or leave these out by dataset.pattern",
         )  # fmt: skip
@@ -106,7 +108,7 @@ def strays(sizes: Sequence[Size]) -> Iterator[Finding]:
     points = "1 point is" if first.far == 1 else f"{first.far:,} points are"
     yield Finding(
         "stray", names,
-        f"{named(names)}: {points} up to {first.last:,.4g} from the middle, 99 per cent of "
-        f"the scan within {first.most:,.4g}",
+        f"{named(names)}: {points} up to {significant(first.last, 4)} from the middle, 99 per cent "
+        f"of the scan within {significant(first.most, 4)}",
         "remove these points if they are no returns",
     )  # fmt: skip
