@@ -12,9 +12,9 @@ from mvreg.errors import InputError
 from mvreg.evaluation.pose_errors import pose_errors
 from mvreg.geometry import se3
 from mvreg.stages.adjust.joint import block_matrix, solver
+from mvreg.stages.adjust.joint.convergence import extrapolated
 from mvreg.stages.adjust.joint.correspondences import Contacts, Gate, contacts, touching
 from mvreg.stages.adjust.joint.normal_equations import MAD, Frame, System, rows, spread
-from mvreg.stages.adjust.joint.solver import extrapolated
 from mvreg.stages.adjust.joint.stage import JointRefinement
 from mvreg.stages.adjust.joint.surface import surfaces
 from mvreg.stages.adjust.joint.weighting import Pooled, plainly

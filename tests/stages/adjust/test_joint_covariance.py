@@ -20,7 +20,7 @@ def rows(jacobian: Array, residuals: Array) -> Rows:
     one = Contacts(np.array([[1, 0]]), np.array([0, count]), some, some, np.ones(count))
     points = 10.0 * np.column_stack([some, np.zeros((count, 2))])
     ones = np.ones(count)
-    return Rows(one, residuals, jacobian, points, ones, np.zeros(count), ones)
+    return Rows(one, residuals, jacobian, points, np.zeros(count), ones)
 
 
 def estimated(jacobian: Array, noise: Array, width: float) -> tuple[Array, Array]:

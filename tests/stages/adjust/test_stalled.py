@@ -2,7 +2,7 @@
 
 import pytest
 
-from mvreg.stages.adjust.joint.solver import stalled
+from mvreg.stages.adjust.joint.convergence import stalled
 
 
 @pytest.mark.parametrize(

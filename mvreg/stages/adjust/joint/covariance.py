@@ -77,10 +77,10 @@ def _total(found: Rows, width: float, kernel: Callable[[Array, float], Array]) -
 def _cell_gradients(found: Rows, system: System, width: float, cell: float) -> Any:
     """(G, 6 F): the gradient of every cell's residuals, laid out as in `block_matrix`."""
     low, high = found.points.min(axis=0), found.points.max(axis=0)
-    across = np.floor((high - low) / cell).astype(np.int64) + 1
+    across, weights = np.floor((high - low) / cell).astype(np.int64) + 1, found.weights
     sums = found.in_parts(
         lambda _, ends: cell_sums(
-            found.jacobian, found.residuals, found.weights, found.points, ends, width, low,
+            found.jacobian, found.residuals, weights, found.points, ends, width, low,
             cell, across,
         )
     )  # fmt: skip

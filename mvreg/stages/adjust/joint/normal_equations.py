@@ -69,8 +69,6 @@ class Rows:
         For the pose of a contact's source, and its negative for that of its target.
     points : (M, 3) array
         Where they are, in units of the frame's radius.
-    weights : (M,) array
-        Of the residuals squared.
     aside : (M,) array
         How far along the patches, in units of their reach, squared.
     unit : (M,) array
@@ -81,9 +79,13 @@ class Rows:
     residuals: Array
     jacobian: Array
     points: Array
-    weights: Array
     aside: Array
     unit: Array
+
+    @property
+    def weights(self) -> Array:
+        """(M,): those of the contacts, for residuals in these units."""
+        return self.contacts.weights * self.unit**2
 
     @property
     def lengths(self) -> Array:
@@ -97,7 +99,6 @@ class Rows:
             self,
             residuals=self.residuals * change,
             jacobian=self.jacobian * change[:, None],
-            weights=self.weights / change**2,
             unit=deviations,
         )
 
@@ -118,7 +119,7 @@ def rows(
     size = len(contacts.samples)
     made = Rows(
         contacts, np.empty(size), np.empty((size, 6)), np.empty((size, 3)),
-        contacts.weights * frame.radius**2, np.empty(size), np.full(size, frame.radius),
+        np.empty(size), np.full(size, frame.radius),
     )  # fmt: skip
     patches = [surface.patches for surface in surfaces]  # built once, before the threads ask
     made.in_parts(
@@ -172,9 +173,10 @@ class System:
     @classmethod
     def of(cls, found: Rows, free: Sequence[int], width: float) -> System:
         """Sum over all rows, each with its weight and the kernel's."""
+        weights = found.weights
         sums = found.in_parts(
             lambda _, ends: kernel.normal_equations(
-                found.jacobian, found.residuals, found.weights, ends, width
+                found.jacobian, found.residuals, weights, ends, width
             )
         )
         blocks = np.concatenate([part.normals for part in sums])

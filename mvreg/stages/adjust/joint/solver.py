@@ -9,6 +9,7 @@ import numpy as np
 
 from mvreg.geometry import se3
 from mvreg.kernels import residuals as kernel
+from mvreg.stages.adjust.joint.convergence import extrapolated, stalled, steps_between
 from mvreg.stages.adjust.joint.correspondences import (
     FLAT_LEAST_COSINE,
     LEAST_COSINE,
@@ -36,13 +37,6 @@ PHASES = ((8, True, None, 0.2), (4, False, 2.0, 0.05), (1, False, 2.0, 0.01))
 #: Dragon, Buddha and a column of 30 and 150 scans by 7 to 45 (medians 15). A phase ends when the
 #: next round would move no point farther than the phase allows: that round is not needed.
 SHRINKING = 8.0
-#: A phase also ends when moves have not shrunk to this share in two rounds: contacts that come and
-#: go, as where things moved between scans, never come to rest.
-STALLED = 0.5
-#: Steps of two rounds have one direction if the cosine between them is this, at least, and are slow
-#: to shrink if the second is as large as this share of the first. Of 1,000 scans of a column in a
-#: row the far end then comes to rest within 0.01 resolutions instead of 0.05, in a round less.
-ALIKE, SLOW = 0.8, 0.2
 #: Where a sample lies on so many other scans in the mean, the last phase asks every second one. On
 #: columns of 40 and 80 scans, and on Bunny, Dragon and Buddha if made to, that moves poses by 0.002
 #: to 0.008 resolutions, adds a tenth to their standard deviations, and halves the phase's time.
@@ -118,10 +112,8 @@ class Solver:
             gate = Gate(reach, max(stride, least), flat, cosine)
             moves, steps = list[float](), list[Array]()
             for done in range(self.max_rounds):
-                before, estimated = now.motions, done >= ESTIMATED and not flat
-                now = self.round(
-                    before, gate, still, left_out, now.wrong if estimated else None
-                )  # fmt: skip
+                before, wrong = now.motions, now.wrong if done >= ESTIMATED else None
+                now = self.round(before, gate, still, left_out, wrong)
                 steps.append(steps_between(before, now.motions))
                 moves.append(self.farthest(before, now.motions))
                 if moves[-1] <= SHRINKING * still or stalled(moves):
@@ -152,10 +144,15 @@ class Solver:
         if not free:
             return Round(motions, found)
         frame = Frame.of(self.surfaces, motions)
-        found, wrong = self.weighted(found, motions, frame, gate, wrong)
-        for _ in range(1 if gate.flat else STEPS):
+        apart = rows(self.surfaces, motions, found, frame, gate.flat)
+        found, wrong = self.weighted(apart, gate, wrong)
+        for again in range(1 if gate.flat else STEPS):
+            if again:
+                apart = rows(self.surfaces, motions, found, frame, gate.flat)
             before, motions = motions, motions.copy()
-            residuals = self.rows(motions, found, frame, gate.flat, wrong)
+            residuals = replace(apart, contacts=found)
+            if not gate.flat:
+                residuals = self.whitened(residuals, wrong)
             step = System.of(residuals, free, self.width(residuals)).step()
             motions[free] = frame.motion(step) @ motions[free]
             if self.farthest(before, motions) <= SETTLED * still:
@@ -165,27 +162,21 @@ class Solver:
         return Round(motions, found, tuple(free), wrong)
 
     def weighted(
-        self, found: Contacts, motions: Array, frame: Frame, gate: Gate, wrong: Systematic | None
+        self, apart: Rows, gate: Gate, wrong: Systematic | None
     ) -> tuple[Contacts, Systematic]:
-        """The contacts with their weights, and what scans get wrong together."""
+        """The contacts of rows with their weights, and what scans get wrong together."""
+        known, found = self.known, apart.contacts
         if gate.flat:
-            return plainly(self.known, found, gate.stride), NONE
+            return plainly(known, found, gate.stride), NONE
         if wrong is None:
-            apart = rows(self.surfaces, motions, found, frame, flat=False)
-            noise = predicted(self.known, found, apart.aside, NONE)
-            samples, patches = self.known.places(found)
-            cosines = self.known.cosines
-            wrong = systematic(cosines[samples], cosines[patches], apart.lengths, noise)
-        return by_noise(self.known, found, gate.stride, wrong), wrong
+            noise = predicted(known, found, apart.aside, NONE)
+            samples, patches = known.places(found)
+            wrong = systematic(known.cosines[samples], known.cosines[patches], apart.lengths, noise)
+        return by_noise(known, found, gate.stride, wrong), wrong
 
-    def rows(
-        self, motions: Array, found: Contacts, frame: Frame, flat: bool, wrong: Systematic
-    ) -> Rows:
-        """The residuals of contacts, in units of what is expected of each but from far off."""
-        apart = rows(self.surfaces, motions, found, frame, flat)
-        if flat:
-            return apart
-        return apart.whitened(np.sqrt(predicted(self.known, found, apart.aside, wrong)))
+    def whitened(self, apart: Rows, wrong: Systematic) -> Rows:
+        """Rows in units of what is expected of each."""
+        return apart.whitened(np.sqrt(predicted(self.known, apart.contacts, apart.aside, wrong)))
 
     def held(
         self, motions: Array, gate: Gate, left_out: Collection[tuple[int, int]]
@@ -217,7 +208,9 @@ class Solver:
         motions, free = end.motions, list(end.free)
         assert end.contacts is not None
         frame = Frame.of(self.surfaces, motions)
-        residuals = self.rows(motions, end.contacts, frame, False, end.wrong)
+        residuals = self.whitened(
+            rows(self.surfaces, motions, end.contacts, frame, flat=False), end.wrong
+        )
         width = self.width(residuals)
         system = System.of(residuals, free, width)
         reach = np.median(np.concatenate([surface.reach for surface in self.surfaces]))
@@ -243,35 +236,3 @@ class Solver:
             for (i, j), count, rms in zip(ways.tolist(), counts, scatter, strict=True)
             if count
         ]
-
-
-def steps_between(before: Array, after: Array) -> Array:
-    """(N, 6): the twists about the origin that lead from poses (N, 4, 4) to others."""
-    return np.stack([
-        se3.log(new @ se3.invert(old)) for old, new in zip(before, after, strict=True)
-    ])  # fmt: skip
-
-
-def extrapolated(steps: Sequence[Array], motions: Array, free: Sequence[int]) -> Array:
-    """Poses where rounds that go on as the last two did would end (Aitken's delta-squared process).
-
-    Ends of long chains of scans follow their contacts by half of the way that is left, round after
-    round. Where the last two steps (N, 6) have not one direction, or shrink fast, the poses stay.
-    """
-    if len(steps) < 2:
-        return motions
-    last, now = steps[-2].ravel(), steps[-1].ravel()
-    squared = float(last @ last)
-    ratio = float(now @ last) / squared if squared else 0.0
-    alike = ratio * np.sqrt(squared) / (float(np.linalg.norm(now)) or 1.0)
-    if alike < ALIKE or not SLOW < ratio < 1 - SLOW:
-        return motions
-    found = motions.copy()
-    for k in free:
-        found[k] = se3.project(se3.exp(steps[-1][k] * ratio / (1 - ratio)) @ found[k])
-    return found
-
-
-def stalled(moves: Sequence[float]) -> bool:
-    """Whether the last of the moves is hardly smaller than two rounds before."""
-    return len(moves) > 2 and moves[-1] > STALLED * moves[-3]

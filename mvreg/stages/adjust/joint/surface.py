@@ -164,8 +164,9 @@ def _fitted(
 ) -> Surface:  # fmt: skip
     """Patches fitted by least squares to the `count` raw points nearest to each sample."""
     axes = axes_about(facing)
-    if image is not None:
-        axes = along_rays(axes, image.towards(samples))
+    towards = None if image is None else image.towards(samples)
+    if towards is not None:
+        axes = along_rays(axes, towards)
     found = fit.fit(tree, samples, axes, count, RIDGE)
     normals = np.column_stack([-found.slopes, np.ones(len(samples))])[:, None] @ axes
     steep = np.linalg.norm(normals, axis=2)
@@ -176,8 +177,8 @@ def _fitted(
     density = np.divide(count, area, out=np.zeros(len(samples)), where=area > 0)
     cosines = np.ones(len(samples))
     ranges = found.radius
-    if image is not None:
-        cosines = np.abs((normals * image.towards(samples)).sum(axis=1))
+    if image is not None and towards is not None:
+        cosines = np.abs((normals * towards).sum(axis=1))
         ranges = np.zeros(len(samples))
         if image.origin is not None and image.direction is None:
             ranges = np.linalg.norm(samples - image.origin, axis=1)

@@ -13,13 +13,12 @@ from itertools import pairwise
 
 import numpy as np
 
+from mvreg.stages.adjust.joint.normal_equations import MAD
 from mvreg.types import Array
 
 #: Classes of incidence, as many contacts in each; pairs of classes with fewer contacts than this
 #: say nothing; contacts asked in all.
 CLASSES, FEWEST, MOST = 8, 50, 50_000
-#: The median of squares, times this, is the variance of Gaussian residuals.
-MEDIAN_SQUARE = 2.198
 #: Sweeps of coordinate descent: classes are few, and it converges in some dozen.
 SWEEPS = 200
 
@@ -77,7 +76,7 @@ def systematic(source: Array, target: Array, residuals: Array, predicted: Array)
         mine = order[start:stop]
         row = np.zeros(count)
         np.add.at(row, [pair // count, pair % count], 1.0)
-        more = MEDIAN_SQUARE * float(np.median(squares[mine])) - float(np.median(known[mine]))
+        more = MAD**2 * float(np.median(squares[mine])) - float(np.median(known[mine]))
         normal += (stop - start) * np.outer(row, row)
         right += (stop - start) * more * row
     return Systematic(edges, _not_negative(normal, right))
