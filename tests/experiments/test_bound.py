@@ -119,13 +119,13 @@ def test_displacement_and_scatter_of_known_motions():
 
 
 def measured(shape="blob-0", noise=0.1, method=0.5):
-    from experiments.accuracy.bound import Measured
+    from experiments.accuracy.bound_page import Measured
 
     return Measured(shape, noise, 0.1, 0.2, 0.3, 6.5, 0.94, method)
 
 
 def test_a_line_of_the_table():
-    from experiments.accuracy.bound import row
+    from experiments.accuracy.bound_page import row
 
     expected = "| blob-0 | 0.1 | 0.1000 | 0.2000 | 2.00 | 0.5000 | 0.3000 | 6.5 | 0.94 |"
     assert row(measured()) == expected
@@ -146,7 +146,7 @@ def test_squared_errors_of_gaussian_poses(rng):
 
 
 def test_families_are_pooled():
-    from experiments.accuracy.bound import pooled
+    from experiments.accuracy.bound_page import pooled
 
     other = replace(measured("blob-1"), error=0.4, method=None)
     by = pooled([measured(), other, measured("gnome")])
@@ -157,7 +157,7 @@ def test_families_are_pooled():
 
 
 def test_the_figure_has_a_panel_for_each_family(tmp_path):
-    from experiments.accuracy.bound import draw, pooled
+    from experiments.accuracy.bound_page import draw, pooled
     from experiments.common.style import save, styled
 
     rows = [measured(shape, noise) for shape in ("gnome", "blob-0") for noise in (0.0, 0.1, 0.3)]
