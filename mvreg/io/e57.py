@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from threading import Lock
+from threading import RLock
 from typing import Any
 
 import numpy as np
@@ -25,8 +25,9 @@ from mvreg.types.attributes import Values
 
 #: Points at a time: what is made of a header that lies stays small.
 CHUNK = 200_000
-#: libe57 reads XML by a library with state of its own: one thread at a time, call by call.
-_ONE = Lock()
+#: libe57 reads XML by a library with state of its own: one thread at a time, call by call. A thread
+#: that has it may take it again: the garbage collector may close a scan that was left half read.
+_ONE = RLock()
 
 
 def read_e57(path: Path) -> Iterator[PointCloud]:

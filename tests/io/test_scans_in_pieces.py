@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import gc
 import gzip
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
+from threading import Thread
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from writer_variants import ALL, POINTS, Variant, need
 from experiments.fuzz.files import damaged, good_files
 from mvreg.errors import InputError
 from mvreg.io import NotInPiecesError, PointCloud, open_pieces, read_clouds, whole_scan
+from mvreg.io.e57 import _ONE
 from mvreg.io.e57_write import write_e57_scans
 from mvreg.io.las_write import write_las_clouds
 
@@ -148,6 +151,22 @@ def test_e57_with_scans_without_points(tmp_path: Path) -> None:
     write_e57_scans(tmp_path / "a.e57", [[empty], [full], [empty], [full]])
     assert check(tmp_path / "a.e57") == 10
     assert read_clouds(tmp_path / "a.e57")[0].remarks == ("scans without points left out: none",)
+
+
+def test_that_a_scan_left_half_read_may_be_collected_at_any_time(tmp_path: Path) -> None:
+    e57(tmp_path / "a.e57", {"one": {}})
+    opened = open_pieces(tmp_path / "a.e57")
+    next(next(opened).clouds)
+    del opened
+
+    def collect() -> None:
+        with _ONE:
+            gc.collect()
+
+    thread = Thread(target=collect, daemon=True)
+    thread.start()
+    thread.join(30)
+    assert not thread.is_alive()
 
 
 HEADER = "{}\n{}\n1 2 3\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n1 2 3 1\n"
