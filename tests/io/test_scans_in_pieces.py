@@ -241,6 +241,40 @@ def test_archives(tmp_path: Path) -> None:
         check(tmp_path / "b.laz.gz")
 
 
+@pytest.mark.parametrize("suffix", ["gz", "zip"])
+def test_that_nothing_unpacked_is_left(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str
+) -> None:
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "unpacked"))
+    (tmp_path / "unpacked").mkdir()
+    path = tmp_path / f"a.ptx.{suffix}"
+    path.write_bytes(gzip.compress(ptx(ROWS[1]).encode()))
+    if suffix == "zip":
+        with zipfile.ZipFile(path, "w") as archive:
+            archive.writestr("a.ptx", ptx(ROWS[1]))
+
+    def left() -> int:
+        return len([*(tmp_path / "unpacked").iterdir()])
+
+    opened = open_pieces(path)
+    pieces = next(opened)
+    next(pieces.clouds)
+    assert left() == 1
+    opened.close()
+    assert left() == 0
+    for pieces in open_pieces(path):
+        assert len([*pieces.clouds]) > 1
+    again = pieces.again()
+    next(again)
+    assert left() == 1
+    del again
+    assert left() == 0
+    with pytest.raises(KeyError):
+        for _ in open_pieces(path):
+            raise KeyError
+    assert left() == 0
+
+
 def test_that_small_archives_are_read_whole(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
