@@ -56,7 +56,7 @@ class SeenColumns:
 
     def _colour(self, values: Values, name: str) -> Values:
         """As integers of 8 bits where the file's are, else of 16: the file says how far they go."""
-        low, high = self.header.colour_limits[f"color{name.title()}"]
+        low, high = self.header.colour_limits[name]
         top = self.top.get(name, 0.0)
         whole = self.whole.get(name, True) and self.low.get(name, 0.0) >= 0 and top <= 65535
         if whole and high > 1:

@@ -12,6 +12,7 @@ import numpy as np
 from mvreg.errors import InputError
 from mvreg.geometry import se3
 from mvreg.types import Array
+from mvreg.types.attributes import COLOURS
 
 XYZ = ("cartesianX", "cartesianY", "cartesianZ")
 SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
@@ -40,7 +41,7 @@ class ScanHeader:
         ``T_world_scan``.
     remarks : tuple of str
     colour_limits : mapping of str to (float, float)
-        By field.
+        By colour, as `PointCloud` has it.
     """
 
     index: int
@@ -101,8 +102,8 @@ def scan_header(libe57: Any, node: Any, index: int, path: Path) -> ScanHeader:
     more = (*NAMES, "intensity", *GRID, state, "timeStamp")
     pose, remarks = _pose(node)
     limits = {
-        field: _colour_limits(field, node, prototype)
-        for field in fields if field.startswith("color") and field in NAMES
+        NAMES[field]: _colour_limits(field, node, prototype)
+        for field in fields if NAMES.get(field) in COLOURS
     }  # fmt: skip
     return ScanHeader(
         index, name, int(node["points"].childCount()),

@@ -13,13 +13,11 @@ from mvreg.errors import InputError
 from mvreg.geometry import se3
 from mvreg.io.cloud import PointCloud
 from mvreg.io.cloud_stream import ROWS, Survey, numbered, replaced
+from mvreg.io.e57_header import NAMES
 from mvreg.types.attributes import COLOURS, Values
 
 #: E57's names, from those of `PointCloud`; normals are an extension that libE57 describes.
-NAMES = {
-    "red": "colorRed", "green": "colorGreen", "blue": "colorBlue", "intensity": "intensity",
-    "nx": "nor:normalX", "ny": "nor:normalY", "nz": "nor:normalZ",
-}  # fmt: skip
+FIELDS = {"intensity": "intensity"} | {name: field for field, name in NAMES.items()}
 EXTENSIONS = {
     "nor": "http://www.libe57.org/E57_NOR_surface_normals.txt",
     "mvreg": "urn:mvreg:attributes",
@@ -96,8 +94,8 @@ def _write_scan(file: Any, pieces: Iterable[PointCloud]) -> None:
         })  # fmt: skip
     if set(COLOURS) <= scan.attributes.keys():
         top = 255 if all(scan.attributes[name].dtype == np.uint8 for name in COLOURS) else 65535
-        limits = {f"{NAMES[name]}Minimum": 0 for name in COLOURS}
-        limits |= {f"{NAMES[name]}Maximum": top for name in COLOURS}
+        limits = {f"{FIELDS[name]}Minimum": 0 for name in COLOURS}
+        limits |= {f"{FIELDS[name]}Maximum": top for name in COLOURS}
         _set_numbers(image, node, "colorLimits", limits)
     if "intensity" in seen.limits:
         low, high = seen.limits["intensity"]
@@ -160,8 +158,8 @@ def _prototype(image: Any, kind: np.dtype[Any], limits: tuple[float, float]) -> 
 
 def _label(name: str, taken: Mapping[str, Values]) -> str:
     """A name in E57: an XML name, with the prefix of the extension where it is not E57's own."""
-    if name in NAMES:
-        return NAMES[name]
+    if name in FIELDS:
+        return FIELDS[name]
     word = "".join(c if c.isascii() and (c.isalnum() or c in "_-.") else "_" for c in name)
     return numbered(f"mvreg:{word if word[:1].isalpha() else f'_{word}'}", taken)
 
