@@ -11,6 +11,7 @@ import numpy as np
 
 from mvreg.errors import InputError
 from mvreg.geometry import se3
+from mvreg.io.e57_pages import PAGE
 from mvreg.types import Array
 from mvreg.types.attributes import COLOURS
 
@@ -67,6 +68,13 @@ class ScanHeader:
 
 
 def check_size(path: Path) -> None:
+    """Hold what the header of the file says against how long it is.
+
+    Raises
+    ------
+    InputError
+        With file, byte and reason.
+    """
     with path.open("rb") as stream:
         head = stream.read(48)
         size = stream.seek(0, 2)
@@ -75,7 +83,7 @@ def check_size(path: Path) -> None:
     if len(head) < 48:
         raise InputError(f"{path}, byte {size}: the file ends within its header; truncated")
     length, xml, xml_length, page = struct.unpack_from("<4Q", head, 16)
-    if length != size or xml + xml_length > size or page != 1024:
+    if length != size or xml + xml_length > size or page != PAGE:
         raise InputError(
             f"{path}, byte 16: the header tells of {length} bytes in pages of {page}, found "
             f"{size}; the file is truncated or damaged"

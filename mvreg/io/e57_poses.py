@@ -1,27 +1,24 @@
 """Write other poses into an E57 file, its points untouched to the bit.
 
-As ASTM E2807 has it: a file is of pages of 1024 bytes, of which the last four are a CRC-32C of the
-others; a section of XML, told by the header, describes the scans. Only that section is written
-anew, in its place where it fits, else behind all else, and its pages get their checksums.
+As ASTM E2807 has it: a section of XML, told by the header, describes the scans. Only that section
+is written anew, in its place where it fits, else behind all else, and its pages get their
+checksums.
 """
 
 from __future__ import annotations
 
-import os
 import struct
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from functools import cache
 from pathlib import Path
 from shutil import copyfile
 from xml.parsers import expat
 
 from mvreg.errors import InputError
 from mvreg.geometry import se3
+from mvreg.io.e57_pages import PAGE, PAYLOAD, Pages, logical
 from mvreg.types import Array
 
-PAGE, CHECKSUM = 1024, 4
-PAYLOAD = PAGE - CHECKSUM
 #: Where the header has the physical length of the file, and the place and length of the XML.
 _HEADER = struct.Struct("<8sII4Q")
 
@@ -43,11 +40,11 @@ def rewrite_poses(source: Path, target: Path, poses: Mapping[int, Array]) -> Non
     length, start, size = _header(source)
     copyfile(source, target)
     with target.open("r+b") as stream:
-        pages = _Pages(stream.fileno())
-        xml = pages.read(_logical(start), size)
+        pages = Pages(stream.fileno())
+        xml = pages.read(logical(start), size)
         changed = with_poses(xml, poses, source)
         if len(changed) <= size:
-            pages.write(_logical(start), changed.ljust(size))
+            pages.write(logical(start), changed.ljust(size))
             return
         first = length // PAGE * PAYLOAD
         pages.write(first, changed.ljust(-(-len(changed) // PAYLOAD) * PAYLOAD))
@@ -65,7 +62,7 @@ def positions(path: Path) -> list[int]:
     """
     _, start, size = _header(path)
     with path.open("rb") as stream:
-        places = _places(_Pages(stream.fileno()).read(_logical(start), size), path)
+        places = _places(Pages(stream.fileno()).read(logical(start), size), path)
     return [index for index, count in enumerate(places.counts) if count]
 
 
@@ -167,56 +164,3 @@ class _Places:
             self.scans.append(self.pose if self.begin >= 0 else (at, at))
             self.begin = -1
         self.path.pop()
-
-
-class _Pages:
-    """The payload of a file's pages, as if it were in one piece."""
-
-    def __init__(self, file: int) -> None:
-        self.file = file
-
-    def read(self, first: int, size: int) -> bytes:
-        """Bytes of the payload."""
-        found = b"".join(
-            self.page(number) for number in range(first // PAYLOAD, -(-(first + size) // PAYLOAD))
-        )
-        return found[first % PAYLOAD :][:size]
-
-    def page(self, number: int) -> bytes:
-        """The payload of a page; zeros of one that is not there yet."""
-        return os.pread(self.file, PAYLOAD, number * PAGE).ljust(PAYLOAD, b"\0")
-
-    def write(self, first: int, content: bytes) -> None:
-        """Change the payload, with the checksums of its pages."""
-        while content:
-            number, offset = divmod(first, PAYLOAD)
-            part = content[: PAYLOAD - offset]
-            page = bytearray(self.page(number))
-            page[offset : offset + len(part)] = part
-            # The checksum is big endian, unlike all else.
-            os.pwrite(self.file, bytes(page) + struct.pack(">I", crc32c(page)), number * PAGE)
-            first, content = first + len(part), content[len(part) :]
-
-
-def _logical(physical: int) -> int:
-    """Where a place in the file is in the payload."""
-    return physical // PAGE * PAYLOAD + physical % PAGE
-
-
-@cache
-def _table() -> list[int]:
-    """CRC-32C (Castagnoli), reflected, byte by byte."""
-    found = []
-    for byte in range(256):
-        for _ in range(8):
-            byte = byte >> 1 ^ (0x82F63B78 if byte & 1 else 0)
-        found.append(byte)
-    return found
-
-
-def crc32c(content: bytes | bytearray) -> int:
-    """The checksum of a page's payload."""
-    table, value = _table(), 0xFFFFFFFF
-    for byte in content:
-        value = table[(value ^ byte) & 255] ^ value >> 8
-    return value ^ 0xFFFFFFFF

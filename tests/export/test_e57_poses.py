@@ -9,7 +9,8 @@ from mvreg.cli.main import main
 from mvreg.errors import InputError
 from mvreg.geometry import se3
 from mvreg.io import read_clouds
-from mvreg.io.e57_poses import PAGE, crc32c, positions, rewrite_poses
+from mvreg.io.e57_pages import PAGE, crc32c
+from mvreg.io.e57_poses import positions, rewrite_poses
 
 pye57 = pytest.importorskip("pye57", reason="needs pye57")
 RNG = np.random.default_rng(9)
