@@ -3,41 +3,40 @@
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from mvreg.errors import InputError
 from mvreg.io.cloud import PointCloud
 from mvreg.io.compressed_pieces import pieces_of_gz, pieces_of_zip
 from mvreg.io.formats import Format, ReadOptions, format_of
-from mvreg.io.pieces import Pieces
-from mvreg.io.unpacked import gunzipped, members_of, remark_on, shown_name, unzipped
+from mvreg.io.unpacked import DAMAGED, gunzipped, members_of, remark_on, shown_name, unzipped
 
 
 def with_compressed(formats: Mapping[str, Format]) -> dict[str, Format]:
     """Formats by suffix, and with them ``.gz`` and ``.zip`` of any of them."""
-
-    def read_gz(path: Path, options: ReadOptions) -> Sequence[PointCloud]:
-        with path.open("rb"):  # if it is not there, that comes first
-            inner = format_of(path.with_suffix(""), formats)
-        with gunzipped(path) as file:
-            return _read(inner, file, options, f"{path}")
-
-    def read_zip(path: Path, options: ReadOptions) -> Sequence[PointCloud]:
-        return _unzipped(path, options, formats)
-
-    def gz_pieces(path: Path, options: ReadOptions) -> Iterator[Pieces]:
-        return pieces_of_gz(path, options, formats)
-
-    def zip_pieces(path: Path, options: ReadOptions) -> Iterator[Pieces]:
-        return pieces_of_zip(path, options, formats)
-
     added = {
-        ".gz": Format("gzip", (".gz",), read_gz, gz_pieces),
-        ".zip": Format("ZIP", (".zip",), read_zip, zip_pieces),
-    }
+        ".gz": Format(
+            "gzip", (".gz",), partial(_gunzipped, formats=formats),
+            partial(pieces_of_gz, formats=formats),
+        ),
+        ".zip": Format(
+            "ZIP", (".zip",), partial(_unzipped, formats=formats),
+            partial(pieces_of_zip, formats=formats),
+        ),
+    }  # fmt: skip
     return {**formats, **{suffix: each for suffix, each in added.items() if suffix not in formats}}
+
+
+def _gunzipped(
+    path: Path, options: ReadOptions, formats: Mapping[str, Format]
+) -> Sequence[PointCloud]:
+    with path.open("rb"):  # if it is not there, that comes first
+        inner = format_of(path.with_suffix(""), formats)
+    with gunzipped(path) as file:
+        return _read(inner, file, options, f"{path}")
 
 
 def _unzipped(
@@ -54,7 +53,7 @@ def _unzipped(
                 clouds += [
                     replace(each, name=shown_name(member, each.name, len(found))) for each in found
                 ]
-    except (zipfile.BadZipFile, NotImplementedError, ValueError, IndexError) as error:
+    except DAMAGED as error:
         raise InputError(f"{path}: not a readable ZIP archive: {error}") from error
     if not clouds:
         raise InputError(

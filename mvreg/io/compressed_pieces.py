@@ -12,7 +12,15 @@ from mvreg.errors import InputError
 from mvreg.io.cloud import PointCloud
 from mvreg.io.formats import Format, ReadOptions, format_of
 from mvreg.io.pieces import NotInPiecesError, Pieces
-from mvreg.io.unpacked import gunzipped, members_of, name_in, remark_on, shown_name, unzipped
+from mvreg.io.unpacked import (
+    DAMAGED,
+    gunzipped,
+    members_of,
+    name_in,
+    remark_on,
+    shown_name,
+    unzipped,
+)
 
 #: Compressed files of fewer bytes are read whole: what is in them is not large.
 WORTH = 1 << 22
@@ -80,7 +88,7 @@ def _zip(path: Path) -> Iterator[zipfile.ZipFile]:
     try:
         with zipfile.ZipFile(path) as archive:
             yield archive
-    except (zipfile.BadZipFile, NotImplementedError, ValueError, IndexError) as error:
+    except DAMAGED as error:
         raise NotInPiecesError from error
 
 

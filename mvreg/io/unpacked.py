@@ -20,6 +20,8 @@ _SMALL = 1 << 20
 _STEP = 1 << 20
 #: As other programs put them into archives; nobody means them as scans.
 _CLUTTER = ("__MACOSX", ".DS_Store", "Thumbs.db")
+#: What `zipfile` raises where an archive is damaged or of a kind that it does not know.
+DAMAGED = (zipfile.BadZipFile, NotImplementedError, ValueError, IndexError)
 
 
 @contextmanager
