@@ -165,15 +165,29 @@ def text_rows(path: Path, start: int, rows: int, columns: int) -> Iterator[Array
     with path.open("rb") as stream:
         stream.seek(start)
         for block in text_blocks(stream):
-            count = min(rows, block.count(b"\n") + (not block.endswith(b"\n")))
-            parsed = parse_rows(block, 0, count, columns) if count else None
-            if (count and parsed is None) or block[parsed[1] if parsed else 0 :].strip(NOTHING):
+            table, end = first_rows(block, rows, columns) if rows else (None, 0)
+            if block[end:].strip(NOTHING):
                 raise NotInPiecesError
-            rows -= count
-            if parsed is not None:
-                yield parsed[0]
+            if table is not None:
+                rows -= len(table)
+                yield table
     if rows:
         raise NotInPiecesError
+
+
+def first_rows(block: bytes, most: int, columns: int) -> tuple[Array, int]:
+    """So many rows of numbers at most, those in a block of whole lines, and where they end.
+
+    Raises
+    ------
+    NotInPiecesError
+        If anything else is there, or nothing.
+    """
+    rows = min(most, block.count(b"\n") + (not block.endswith(b"\n")))
+    parsed = parse_rows(block, 0, rows, columns) if block else None
+    if parsed is None:
+        raise NotInPiecesError
+    return parsed
 
 
 def byte_rows(path: Path, start: int, rows: int, record: np.dtype[Any]) -> Iterator[Values]:

@@ -13,12 +13,11 @@ import numpy as np
 from mvreg.errors import InputError
 from mvreg.io.cloud import PointCloud
 from mvreg.io.columns import telling_rows
-from mvreg.io.pieces import HEAD, NotInPiecesError, Pieces, text_blocks
+from mvreg.io.pieces import HEAD, NotInPiecesError, Pieces, first_rows, text_blocks
 from mvreg.io.pts import COUNT, attributes
 from mvreg.io.ptx import read_header, row_length, without_return
 from mvreg.io.stations import Lines
 from mvreg.io.text import text_pieces
-from mvreg.kernels.text import parse_rows
 from mvreg.types import Array
 
 Told = TypeVar("Told")
@@ -113,13 +112,8 @@ class _Rows:
             stream.seek(self.start)
             blocks = text_blocks(stream)
             while left:
-                block = next(blocks, b"")
-                rows = min(left, block.count(b"\n") + (not block.endswith(b"\n")))
-                parsed = parse_rows(block, 0, rows, self.columns) if block else None
-                if parsed is None:
-                    raise NotInPiecesError
-                left, self.end = left - rows, self.end + parsed[1]
-                table = parsed[0]
+                table, size = first_rows(next(blocks, b""), left, self.columns)
+                left, self.end = left - len(table), self.end + size
                 yield table if self.zeros else table[np.any(table[:, :3] != 0, axis=1)]
 
     def cloud_of(self, table: Array) -> PointCloud:
