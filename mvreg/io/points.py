@@ -114,7 +114,7 @@ def iterate_clouds(
             raise InputError(f"{path}: expected a file, found a folder or a device")
         nothing = True
         clouds = iter(quietly(reader, path, options or ReadOptions()))
-        while (cloud := quietly(next, clouds, None)) is not None:
+        for cloud in quietly_each(clouds):
             nothing = False
             yield quietly(_finite, cloud, path)
     except OSError as error:
