@@ -57,6 +57,42 @@ def refuse(*_):
     raise NotInPiecesError
 
 
+def in_pieces_and_whole(path, monkeypatch):
+    """A folder of which files are read in pieces, and the same with all of them read whole."""
+    monkeypatch.setattr("mvreg.io.pieces.BYTES", 10_000)
+    for name in ("pieces.ROWS", "las.CHUNK", "e57.CHUNK"):
+        monkeypatch.setattr(f"mvreg.io.{name}", 700)
+    monkeypatch.setattr("mvreg.io.compressed_pieces.WORTH", 0)
+    pieces = folder(path, 300)
+    monkeypatch.setattr("mvreg.datasets.folder_scans.open_pieces", refuse)
+    whole = folder(path, 300)
+    assert pieces.remarks == whole.remarks
+    return pieces, whole
+
+
+def same(a, b):
+    """Compare two scans and all that they are a part of; in how many pieces that of the first is.
+
+    0 where nothing is left out of it.
+    """
+    np.testing.assert_array_equal(a.points, b.points)
+    np.testing.assert_array_equal(a.view_point, b.view_point)
+    np.testing.assert_array_equal(a.initial, b.initial)
+    assert (a.full is None) == (b.full is None)
+    assert list(a.attributes) == list(b.attributes)
+    if a.full is None:
+        return 0
+    assert (a.full.count, dict(a.full.kinds)) == (b.full.count, dict(b.full.kinds))
+    points, attributes = b.full()
+    assert {name: values.dtype for name, values in attributes.items()} == a.full.kinds
+    parts = [*a.full.pieces()]
+    np.testing.assert_array_equal(np.concatenate([p for p, _ in parts]), points)
+    for key, values in attributes.items():
+        found = np.concatenate([more[key] for _, more in parts])
+        np.testing.assert_array_equal(found, values)
+    return len(parts)
+
+
 def text(points, grey):
     return "".join(f"{x} {y} {z} {g}\n" for (x, y, z), g in zip(points.tolist(), grey, strict=True))
 
@@ -105,41 +141,34 @@ def test_that_scans_in_pieces_are_those_of_the_whole_file(tmp_path, monkeypatch,
         plain.unlink()
     if kind != "zip":  # archives beside other files are not looked into
         write(tmp_path / "z.ply", 100)
-    for name in ("pieces.ROWS", "las.CHUNK", "e57.CHUNK"):
-        monkeypatch.setattr(f"mvreg.io.{name}", 700)
-    monkeypatch.setattr("mvreg.io.pieces.BYTES", 10_000)
-    monkeypatch.setattr("mvreg.io.compressed_pieces.WORTH", 0)
     asked = []
     real = StoredPoints.__call__
     monkeypatch.setattr(StoredPoints, "__call__", lambda one: asked.append(one) or real(one))
-    pieces = folder(tmp_path, 300)
-    monkeypatch.setattr("mvreg.datasets.folder_scans.open_pieces", refuse)
-    whole = folder(tmp_path, 300)
-    assert pieces.remarks == whole.remarks
+    pieces, whole = in_pieces_and_whole(tmp_path, monkeypatch)
     assert pieces.sources == whole.sources
     names = [scan.name for scan in pieces.scans]
     assert names == [scan.name for scan in whole.scans]
     assert len(names) == {"e57": 4, "ptx": 3, "pts": 3, "zip": 3}.get(kind, 2)
     for a, b in zip(pieces.scans, whole.scans, strict=True):
-        np.testing.assert_array_equal(a.points, b.points)
-        np.testing.assert_array_equal(a.view_point, b.view_point)
-        np.testing.assert_array_equal(a.initial, b.initial)
-        assert (a.full is None) == (b.full is None)
-        assert list(a.attributes) == list(b.attributes)
+        parts = same(a, b)
         if a.full is None:
             continue
-        assert (a.full.count, dict(a.full.kinds)) == (b.full.count, dict(b.full.kinds))
-        points, attributes = b.full()
-        assert len(asked) == 1
-        parts = [*a.full.pieces()]
         # A single point at 0, 0, 0 counts, but where it means a cell without a return.
-        assert (len(parts) > 1) == (zeros != 1 or ".ptx" in a.name)
-        assert len(asked) == 1 + (len(parts) == 1)
+        assert (parts > 1) == (zeros != 1 or ".ptx" in a.name)
+        assert len(asked) == 1 + (parts == 1)
         asked.clear()
-        np.testing.assert_array_equal(np.concatenate([p for p, _ in parts]), points)
-        for key, values in attributes.items():
-            found = np.concatenate([more[key] for _, more in parts])
-            np.testing.assert_array_equal(found, values)
+
+
+def peak(path, name, count):
+    """Bytes that it takes to read a folder with a scan of so many points, and write its model."""
+    write(path / "b.ply", 2000)
+    tracemalloc.start()
+    scans = folder(path, 20_000)
+    write_model(path / "out/model.ply", scans, {name: np.eye(4)})
+    found = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert scans.scans[0].full.count == count
+    return found
 
 
 def test_that_a_part_of_a_compressed_scan_takes_a_part_of_its_memory(tmp_path, monkeypatch):
@@ -149,13 +178,7 @@ def test_that_a_part_of_a_compressed_scan_takes_a_part_of_its_memory(tmp_path, m
     for count in (200_000, 400_000):
         points = RNG.normal(size=(count, 3))
         write_las_clouds(tmp_path / "a.laz", [PointCloud(points)], {})
-        write(tmp_path / "b.ply", 2000)
-        tracemalloc.start()
-        scans = folder(tmp_path, 20_000)
-        write_model(tmp_path / "out/model.ply", scans, {"a.laz": np.eye(4)})
-        peaks.append(tracemalloc.get_traced_memory()[1])
-        tracemalloc.stop()
-        assert scans.scans[0].full.count == count
+        peaks.append(peak(tmp_path, "a.laz", count))
     assert peaks[1] < 1.1 * peaks[0]
     assert peaks[1] < 24 * 400_000
 
@@ -175,27 +198,14 @@ def test_that_pieces_give_the_points_that_the_whole_file_gives(tmp_path, monkeyp
         head = pcd(points, "ascii") if name == "text.pcd" else ""
         (tmp_path / name).write_text(head + text(points, grey))
     write(tmp_path / "z.ply", 100)
-    monkeypatch.setattr("mvreg.io.pieces.BYTES", 10_000)
-    monkeypatch.setattr("mvreg.io.pieces.ROWS", 700)
-    pieces = folder(tmp_path, 300)
-    monkeypatch.setattr("mvreg.datasets.folder_scans.open_pieces", refuse)
-    whole = folder(tmp_path, 300)
-    assert pieces.remarks == whole.remarks
+    pieces, whole = in_pieces_and_whole(tmp_path, monkeypatch)
     for a, b in zip(pieces.scans, whole.scans, strict=True):
-        np.testing.assert_array_equal(a.points, b.points)
-        assert (a.view_point is None) == (b.view_point is None)
-        assert (a.full is None) == (b.full is None)
+        parts = same(a, b)
         if a.full is not None:
-            assert (a.full.count, a.full.kinds) == (b.full.count, b.full.kinds)
-            again = a.full()
-            assert len(again[0]) == a.full.count == 4990 - zeros * (zeros > 1)
-            assert {n: v.dtype for n, v in again[1].items()} == a.full.kinds
-            parts = [*a.full.pieces()]
-            assert (len(parts) > 1) == (zeros != 1)
-            np.testing.assert_array_equal(np.concatenate([p for p, _ in parts]), again[0])
-            for key, values in again[1].items():
-                found = np.concatenate([more[key] for _, more in parts])
-                np.testing.assert_array_equal(found, values)
+            points, attributes = a.full()
+            assert len(points) == a.full.count == 4990 - zeros * (zeros > 1)
+            assert {name: values.dtype for name, values in attributes.items()} == a.full.kinds
+            assert (parts > 1) == (zeros != 1)
 
 
 def test_that_a_part_of_a_file_takes_a_part_of_its_memory(tmp_path, monkeypatch):
@@ -204,13 +214,7 @@ def test_that_a_part_of_a_file_takes_a_part_of_its_memory(tmp_path, monkeypatch)
     peaks = []
     for count in (400_000, 800_000):
         write(tmp_path / "a.ply", count)
-        write(tmp_path / "b.ply", 2000)
-        tracemalloc.start()
-        scans = folder(tmp_path, 20_000)
-        write_model(tmp_path / "out/model.ply", scans, {"a.ply": np.eye(4)})
-        peaks.append(tracemalloc.get_traced_memory()[1])
-        tracemalloc.stop()
-        assert scans.scans[0].full.count == count
+        peaks.append(peak(tmp_path, "a.ply", count))
     assert peaks[1] < 1.1 * peaks[0]
     assert peaks[1] < (tmp_path / "a.ply").stat().st_size / 4
 
