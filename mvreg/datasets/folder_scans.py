@@ -183,7 +183,8 @@ def _scan_in_pieces(
 ) -> ReadScan | None:
     """One scan; None where its file has to be read whole.
 
-    A scan that is not large, of a file that may have others, is not thinned.
+    A scan that is not large is not thinned; it is read here where its file may have others, or
+    would be unpacked a second time.
     """
     again, large = partial(_again, path, index, reader), pieces.count > reader.most
     if large and (found := thinned(pieces, path, again, reader.most)) is not None:

@@ -60,7 +60,6 @@ def pieces_of_zip(
         found: list[Pieces] = []
         for pieces in _inside(path, unpack, inner, options):
             found.append(pieces)
-            pieces.alone = False
             pieces.at_end(partial(_say, pieces, remarks))
             remarks = []
             yield pieces
@@ -103,6 +102,7 @@ def _inside(
         raise NotInPiecesError
     with unpack(path) as file:
         for pieces in inner.pieces(file, options):
+            pieces.alone = False
             yield pieces
             # Only now: until here the file is still there.
             pieces.path, pieces.read = path, partial(_again, pieces.read, unpack)

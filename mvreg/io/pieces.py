@@ -51,7 +51,7 @@ class Pieces:
     remarks : list of str
         As of a `PointCloud`, once all pieces are read.
     alone : bool
-        The file has no other scan.
+        The file has no other scan, and is not unpacked first: it may as well be read whole.
     finish : callable, optional
         What `clouds`, or all of them in one, become once all have been seen; None where they come
         without their attributes.

@@ -219,6 +219,21 @@ def test_that_a_part_of_a_file_takes_a_part_of_its_memory(tmp_path, monkeypatch)
     assert peaks[1] < (tmp_path / "a.ply").stat().st_size / 4
 
 
+def test_that_a_compressed_scan_is_unpacked_once(tmp_path, monkeypatch):
+    write(tmp_path / "b.ply", 1000)
+    packed = gzip.compress((tmp_path / "b.ply").read_bytes())
+    (tmp_path / "a.ply.gz").write_bytes(packed)
+    monkeypatch.setattr("mvreg.io.compressed_pieces.WORTH", 0)
+    unpacked, unpack = [], mvreg.io.unpacked._unpack
+    monkeypatch.setattr(
+        "mvreg.io.unpacked._unpack", lambda *given: unpacked.append(given) or unpack(*given)
+    )
+    a, b = folder(tmp_path, 5000).scans
+    np.testing.assert_array_equal(a.points, b.points)
+    np.testing.assert_array_equal(a.attributes["grey"], b.attributes["grey"])
+    assert len(unpacked) == 1
+
+
 def test_that_a_sample_does_not_depend_on_the_pieces():
     points = RNG.normal(size=(10_000, 3))
     whole = Sample(500)
