@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import cycle, islice
 
 import numpy as np
 
 from experiments.bench.trace import Round, Trace
 
-#: What the client does in all, as it grows with the scans.
-CLIENT = ("prepare", "scores", "choose", "keys", "answers", "learn", "withdraw", "adjust")
+#: What the client does once in a run before its rounds, in every round, and once after them.
+BEFORE, EACH, AFTER = (
+    ("prepare", "scores"), ("choose", "keys", "answers", "learn"), ("withdraw", "adjust"),
+)  # fmt: skip
+#: What it does in all, as it grows with the scans.
+CLIENT = (*BEFORE, *EACH, *AFTER)
 
 
 @dataclass(frozen=True)
@@ -27,10 +31,13 @@ class Growth:
 
 def client_seconds(trace: Trace) -> dict[str, float]:
     """All that the client did in a run, by part."""
-    found = {part: getattr(trace, part) for part in ("prepare", "scores", "withdraw", "adjust")}
-    for part in ("choose", "keys", "answers", "learn"):
-        found[part] = sum(getattr(one, part) for one in trace.rounds)
+    found = {part: getattr(trace, part) for part in (*BEFORE, *AFTER)} | in_rounds(trace.rounds)
     return {part: found[part] for part in CLIENT}
+
+
+def in_rounds(rounds: Sequence[Round]) -> dict[str, float]:
+    """What the client did in some rounds, by part."""
+    return {part: sum(getattr(one, part) for one in rounds) for part in EACH}
 
 
 def growth(traces: Sequence[Trace]) -> dict[str, Growth]:
@@ -90,10 +97,8 @@ def replayed(trace: Trace, scans: int) -> list[Round]:
 def larger(one: Round, times: float) -> Round:
     """A round of as many times the partial models, with attempts as they were, over and over."""
     tasks = list(islice(cycle(one.tasks), round(times * len(one.tasks))))
-    return Round(
-        round(times * one.models), times * one.choose, times * one.keys, times * one.answers,
-        times * one.learn, tasks,
-    )  # fmt: skip
+    client = {part: times * getattr(one, part) for part in EACH}
+    return Round(round(times * one.models), **client, tasks=tasks)
 
 
 def of_more_views(one: Round, times: float, slope: float) -> Round:
@@ -102,21 +107,15 @@ def of_more_views(one: Round, times: float, slope: float) -> Round:
         (seconds + slope * (times - 1) * members, round(times * members))
         for seconds, members in one.tasks
     ]
-    return Round(one.models, one.choose, one.keys, one.answers, one.learn, tasks)
+    return replace(one, tasks=tasks)
 
 
 def with_client(rounds: Sequence[Round], seconds: Mapping[str, float]) -> list[Round]:
     """The rounds, the client's work in them such that it sums up to so much by part."""
-    totals = {
-        part: sum(getattr(one, part) for one in rounds)
-        for part in ("choose", "keys", "answers", "learn")
+    factors = {
+        part: seconds[part] / total if total else 0.0 for part, total in in_rounds(rounds).items()
     }
-    factors = {part: seconds[part] / total if total else 0.0 for part, total in totals.items()}
     return [
-        Round(
-            one.models,
-            **{part: factor * getattr(one, part) for part, factor in factors.items()},
-            tasks=one.tasks,
-        )
+        replace(one, **{part: factor * getattr(one, part) for part, factor in factors.items()})
         for one in rounds
     ]
