@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from mvreg.report.comparison.formats import markdown
+from mvreg.report.run_folder import write_text
 from mvreg.store.content import versions
 
 SCANS = Path("runs/bench/scans/many")
@@ -101,9 +102,7 @@ def row(case: str, folder: Path, limit: float | None = None) -> tuple[dict[str, 
             raise
     if child.returncode:
         return {"case": case, "placed": f"failed, {child.returncode}"}, False
-    part = file.with_suffix(".part")
-    part.write_text(printed.splitlines()[-1])
-    part.replace(file)
+    write_text(file, printed.splitlines()[-1])
     return json.loads(file.read_text()), False
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from mvreg.report import provenance
+from mvreg.report.run_folder import write_text
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 #: Of the code that is measured, and of what measures it.
@@ -111,10 +112,8 @@ def save(file: Path, records: Sequence[Record]) -> None:
             contexts.append(row["context"])
         rows.append({**row, "context": contexts.index(row["context"])})
     file.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = file.with_suffix(".part")
     text = json.dumps({"schema": SCHEMA, "contexts": contexts, "records": rows}, indent=1)
-    unfinished.write_text(text + "\n", "utf-8")
-    unfinished.replace(file)
+    write_text(file, text + "\n")
 
 
 def same(one: Context, other: Context) -> bool:

@@ -19,6 +19,7 @@ from unittest.mock import patch
 
 from mvreg.contracts import Pipeline, Task
 from mvreg.execution.work import key_of
+from mvreg.report.run_folder import write_text
 from mvreg.store.content import digest, versions
 from mvreg.store.folder import FolderStore, Store
 from mvreg.types import View
@@ -177,9 +178,7 @@ def kept(scans: int, folder: Path) -> Trace:
     file = folder / f"trace_{scans}_{versions()[:12]}.json"
     if not file.exists():
         file.parent.mkdir(parents=True, exist_ok=True)
-        part = file.with_suffix(".part")
-        part.write_text(json.dumps(asdict(traced(scans))))
-        part.replace(file)
+        write_text(file, json.dumps(asdict(traced(scans))))
     found = json.loads(file.read_text())
     found["rounds"] = [
         Round(**{**one, "tasks": [tuple(task) for task in one["tasks"]]}) for one in found["rounds"]

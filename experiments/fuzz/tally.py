@@ -10,6 +10,8 @@ from pathlib import Path
 
 from rich.table import Table
 
+from mvreg.report.run_folder import write_text
+
 
 @dataclass
 class Tally:
@@ -63,9 +65,7 @@ class Tally:
         kept = asdict(self)
         del kept["file"]
         self.file.parent.mkdir(parents=True, exist_ok=True)
-        part = self.file.with_suffix(".part")
-        part.write_text(json.dumps(kept))
-        part.replace(self.file)
+        write_text(self.file, json.dumps(kept))
 
     def table(self, kinds: Iterable[str]) -> Table:
         """A row for each format, by the ending of its files."""
