@@ -12,9 +12,13 @@ from mvreg.export.model import Model
 from mvreg.export.poses.text import rows, stems, words
 from mvreg.io import PointCloud
 from mvreg.io.cloud_stream import ROWS, replaced
+from mvreg.report.input_rows import number_of_points
 from mvreg.report.model import kinds_of
 from mvreg.types import Array
 from mvreg.types.attributes import COLOURS
+
+#: The intensity of what has none, as PTX has it.
+UNKNOWN = 0.5
 
 
 def write_ptx(folder: Path, model: Model) -> list[str]:
@@ -28,12 +32,12 @@ def write_ptx(folder: Path, model: Model) -> list[str]:
     for scan in model.scans():
         path = folder / "ptx" / f"{names[scan.scan.name]}.ptx"
         kinds = kinds_of(scan.scan)
-        low, high, count = _intensities(scan)
+        low, high = _intensities(scan) if "intensity" in kinds else (UNKNOWN, UNKNOWN)
         coloured = set(COLOURS) <= kinds.keys()
         with replaced(path) as part, part.open("w", encoding="ascii", newline="\r\n") as stream:
             # Columns, then rows: a scan that is no grid is one column.
             pose = scan.T_model_scan
-            stream.write(f"1\n{count}\n{words(pose[:3, 3])}\n")
+            stream.write(f"1\n{number_of_points(scan.scan)}\n{words(pose[:3, 3])}\n")
             stream.write(rows(pose[:3, :3].T))
             stream.write(rows(pose.T))
             for cloud in scan:
@@ -55,21 +59,20 @@ def write_ptx(folder: Path, model: Model) -> list[str]:
     return remarks
 
 
-def _intensities(scan: Iterable[PointCloud]) -> tuple[float, float, int]:
-    """The least and the largest intensity, as `_known` has it, and how many points there are."""
-    low, high, count = np.inf, -np.inf, 0
+def _intensities(scan: Iterable[PointCloud]) -> tuple[float, float]:
+    """The least and the largest intensity, as `_known` has it; a large scan is read for it."""
+    low, high = np.inf, -np.inf
     for cloud in scan:
         values = _known(cloud)
         low, high = float(values.min(initial=low)), float(values.max(initial=high))
-        count += len(values)
-    return low, high, count
+    return low, high
 
 
 def _known(cloud: PointCloud) -> Array:
-    """Intensities (N,); 0.5, for not known, where the scan has none, and 0 of single points."""
+    """Intensities (N,); `UNKNOWN` where the scan has none, and 0 of single points."""
     values = cloud.attributes.get("intensity")
     if values is None:
-        return np.full(len(cloud.points), 0.5)
+        return np.full(len(cloud.points), UNKNOWN)
     return np.nan_to_num(values.astype(np.float64))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -35,12 +36,12 @@ def scans(tmp_path: Path) -> Path:
     return tmp_path / "scans"
 
 
-def model(folder: Path, most: int) -> Model:
+def model(folder: Path, most: int, names: Sequence[str] = NAMES) -> Model:
     scanset = Folder(path=str(folder), most_points=most)(np.random.default_rng(0))
     rng = np.random.default_rng(1)
-    poses = {name: se3.random(rng, shift=2.0) for name in NAMES}
-    one = Component(1, NAMES[0], poses, ())
-    return Model(scanset, one, Placements(NAMES, (one,), (), 0.01))
+    poses = {name: se3.random(rng, shift=2.0) for name in names}
+    one = Component(1, names[0], poses, ())
+    return Model(scanset, one, Placements(names, (one,), (), 0.01))
 
 
 @pytest.mark.parametrize("name", ["ply", "pcd", "las", "laz", "e57", "ptx", "scans"])
@@ -73,6 +74,26 @@ def test_that_the_files_are_the_same(
                 assert values.dtype == again.attributes[key].dtype
                 np.testing.assert_array_equal(values, again.attributes[key])
             np.testing.assert_array_equal(one.T_world_scan, again.T_world_scan)
+
+
+@pytest.mark.parametrize("known", [False, True])
+def test_that_intensities_are_looked_for_only_where_there_are_some(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, known: bool
+) -> None:
+    values = {"intensity": np.arange(5000.0)} if known else {}
+    cloud = PointCloud(np.random.default_rng(0).normal(size=(5000, 3)), attributes=values)
+    kinds = {key: each.dtype for key, each in values.items()}
+    for name in NAMES:
+        write_ply_clouds(tmp_path / "scans" / f"{name}.ply", [cloud], kinds)
+    thin = model(tmp_path / "scans", 300, [f"{name}.ply" for name in NAMES])
+    read, pieces = [], StoredPoints.pieces
+    monkeypatch.setattr(StoredPoints, "pieces", lambda one: read.append(one) or pieces(one))
+    BY_NAME["ptx"].write(tmp_path, thin)  # type: ignore[arg-type]
+    assert len(read) == len(NAMES) * (1 + known)
+    for file in (tmp_path / "ptx").iterdir():
+        (found,) = read_clouds(file)
+        expected = np.linspace(0, 1, 5000) if known else np.full(5000, 0.5)
+        np.testing.assert_allclose(found.attributes["intensity"], expected)
 
 
 def test_the_spacing_of_a_scan_that_comes_in_pieces() -> None:
