@@ -13,7 +13,6 @@ from typing import Any
 
 from mvreg.errors import PluginError
 from mvreg.plugins import manager
-from mvreg.plugins.pluggy_manager import HERE
 
 CONFIG_PATH = "pkg://mvreg.conf"
 
@@ -26,23 +25,25 @@ def plugin_paths() -> list[tuple[str, Any]]:
     PluginError
         If a plugin's hook fails; names it.
     """
-    found = []
-    in_use = manager.current()
-    for impl in in_use.hook.mvreg_config_path.get_hookimpls():
-        who = f"plugin {impl.plugin_name!r} ({in_use.origins.get(impl.plugin_name, HERE)})"
-        try:
-            found.append((who, impl.function()))
-        except Exception as cause:
-            raise PluginError(
-                f"{who} failed in mvreg_config_path(): {type(cause).__name__}: {cause}"
-            ) from cause
-    return found
+    answers = manager.current().answers("mvreg_config_path")
+    return [(answer.who, answer.value) for answer in answers]
+
+
+def preset_paths() -> list[tuple[str, Any]]:
+    """The same with mvreg's own first.
+
+    Raises
+    ------
+    PluginError
+        As `plugin_paths` does.
+    """
+    return [("plugin 'mvreg'", CONFIG_PATH), *plugin_paths()]
 
 
 def choices() -> dict[str, list[str]]:
     """Every group with the names to choose from: methods first, then the kinds of stage."""
     found = list(manager.stages())
-    for who, path in [("plugin 'mvreg'", CONFIG_PATH), *plugin_paths()]:
+    for who, path in preset_paths():
         found += addresses(path, who)
     groups: dict[str, list[str]] = {"method": []}
     for group, _, name in (address.rpartition("/") for address in found):

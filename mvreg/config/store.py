@@ -16,7 +16,7 @@ from omegaconf import MISSING, DictConfig, OmegaConf
 
 from mvreg.config.known_plugins import stand_ins
 from mvreg.config.levels import Loader
-from mvreg.config.presets import CONFIG_PATH, addresses, choices, plugin_paths
+from mvreg.config.presets import CONFIG_PATH, addresses, choices, plugin_paths, preset_paths
 from mvreg.contracts import KINDS
 from mvreg.errors import PluginError
 from mvreg.execution import EXECUTORS
@@ -93,7 +93,7 @@ def refuse_shadows(keys: Iterable[str]) -> None:
     """
     table = manager.stages()
     owners = {key: f"the stage of plugin {table[key].plugin!r}" for key in keys}
-    for who, path in [("plugin 'mvreg'", CONFIG_PATH), *plugin_paths()]:
+    for who, path in preset_paths():
         for address in addresses(path, who):
             if address in owners:
                 raise PluginError(

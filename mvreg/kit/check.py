@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
-from typing import Any
 
-from mvreg.errors import InputError, MvregError, PluginError, few
+from mvreg.errors import InputError, MvregError, few
 from mvreg.kit.besides import check_observer, check_presets
 from mvreg.kit.outcomes import Outcome, Status, Subject
 from mvreg.kit.stages import check_stage
@@ -70,15 +69,8 @@ def suites_of(alone: Manager) -> dict[str, type]:
         If it fails, or is no mapping.
     """
     found: dict[str, type] = {}
-    for hook in alone.hook.mvreg_suites.get_hookimpls():
-        who = f"plugin {hook.plugin_name!r} ({alone.origins.get(hook.plugin_name, HERE)})"
-        try:
-            given: Any = hook.function()
-            found |= dict(given)
-        except Exception as cause:
-            raise PluginError(
-                f"{who} failed in mvreg_suites(): {type(cause).__name__}: {cause}"
-            ) from cause
+    for answer in alone.answers("mvreg_suites", taken_as=dict):
+        found |= answer.value
     return found
 
 

@@ -11,7 +11,6 @@ from mvreg.config.presets import choices
 from mvreg.contracts import KINDS
 from mvreg.errors import InputError
 from mvreg.plugins import manager
-from mvreg.plugins.pluggy_manager import HERE
 
 #: What a plugin may bring beside a stage.
 BESIDES = ("reader", "observer")
@@ -115,7 +114,7 @@ def refuse_taken(naming: Naming) -> None:
     in_use = manager.current()
     if in_use.has_plugin(naming.name):
         raise InputError(
-            f"a plugin of {in_use.origins.get(naming.name, HERE)} is called {naming.name!r} "
+            f"a plugin of {in_use.origin_of(naming.name)} is called {naming.name!r} "
             "already; choose another name"
         )
     if find_spec(naming.package) is not None:

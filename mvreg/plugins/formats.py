@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from mvreg.errors import PluginError
 from mvreg.io.formats import FORMATS, Format, by_suffix
@@ -21,18 +21,9 @@ def collect_formats(manager: Manager) -> dict[str, Format]:
     """
     found = by_suffix(FORMATS)
     owners: dict[str, str] = {}
-    for hook in manager.hook.mvreg_formats.get_hookimpls():
-        who = (
-            f"plugin {hook.plugin_name!r} ({manager.origins.get(hook.plugin_name, 'this process')})"
-        )
-        try:
-            returned: Any = hook.function()
-            given: list[object] = list(returned)
-        except Exception as cause:
-            raise PluginError(
-                f"{who} failed in mvreg_formats(): {type(cause).__name__}: {cause}"
-            ) from cause
-        for each in given:
+    for answer in manager.answers("mvreg_formats", taken_as=list):
+        who = answer.who
+        for each in answer.value:
             known = check(each, who)
             for suffix in known.suffixes:
                 if suffix in owners:

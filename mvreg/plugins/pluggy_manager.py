@@ -5,6 +5,9 @@ from __future__ import annotations
 import difflib
 import inspect
 import types
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import Any
 
 import pluggy
 
@@ -15,6 +18,20 @@ GROUP = "mvreg"
 #: Where plugins come from that no distribution brought, such as the observers of a run.
 HERE = "this process"
 HOOKS = ("mvreg_stages", "mvreg_config_path", "mvreg_formats", "mvreg_suites", "mvreg_event")
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a plugin returned from a hook; `plugin` and `origin` say whose it is."""
+
+    plugin: str
+    origin: str
+    value: Any
+
+    @property
+    def who(self) -> str:
+        """The plugin, for messages."""
+        return f"plugin {self.plugin!r} ({self.origin})"
 
 
 class Manager(pluggy.PluginManager):
@@ -55,9 +72,8 @@ class Manager(pluggy.PluginManager):
         """
         name = name or f"{type(plugin).__module__}.{type(plugin).__qualname__}-{id(plugin)}"
         if self.has_plugin(name):
-            other = self.origins.get(name, HERE)
             raise PluginError(
-                f"two plugins are called {name!r}: one of {other}, one of {origin}; "
+                f"two plugins are called {name!r}: one of {self.origin_of(name)}, one of {origin}; "
                 "remove one of them"
             )
         try:
@@ -70,6 +86,37 @@ class Manager(pluggy.PluginManager):
             raise PluginError(f"plugin {name!r} ({origin}) cannot be used: {reason}") from cause
         if origin != HERE:
             self.origins[name] = origin
+
+    def origin_of(self, name: str) -> str:
+        """The distribution that a plugin came with, or `HERE`."""
+        return self.origins.get(name, HERE)
+
+    def answers(
+        self, hook: str, taken_as: Callable[[Any], Any] = lambda value: value
+    ) -> Iterator[Answer]:
+        """What each plugin returns from a hook without arguments.
+
+        Parameters
+        ----------
+        hook : str
+            Its name.
+        taken_as : callable
+            Makes of what is returned what is wanted; its errors are the plugin's.
+
+        Raises
+        ------
+        PluginError
+            If a plugin fails; names it.
+        """
+        for impl in getattr(self.hook, hook).get_hookimpls():
+            found = Answer(impl.plugin_name, self.origin_of(impl.plugin_name), None)
+            try:
+                value = taken_as(impl.function())
+            except Exception as cause:
+                raise PluginError(
+                    f"{found.who} failed in {hook}(): {type(cause).__name__}: {cause}"
+                ) from cause
+            yield replace(found, value=value)
 
     def _refuse_unknown_hooks(self, plugin: object) -> None:
         """Name a misspelt hook and the one it is nearest to."""

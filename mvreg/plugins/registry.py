@@ -70,15 +70,8 @@ def register_all(manager: Manager) -> dict[str, Registered]:
         the plugins and the key.
     """
     table: dict[str, Registered] = {}
-    for hook in manager.hook.mvreg_stages.get_hookimpls():
-        origin = manager.origins.get(hook.plugin_name, "this process")
-        who = f"plugin {hook.plugin_name!r} ({origin})"
-        try:
-            given = hook.function()
-        except Exception as cause:
-            raise PluginError(
-                f"{who} failed in mvreg_stages(): {type(cause).__name__}: {cause}"
-            ) from cause
+    for answer in manager.answers("mvreg_stages"):
+        who, given = answer.who, answer.value
         if not isinstance(given, dict):
             raise PluginError(
                 f"{who}: expected mvreg_stages() to return a dict of kind/name to stage, "
@@ -92,7 +85,7 @@ def register_all(manager: Manager) -> dict[str, Registered]:
                     f"{key!r} is registered twice: by plugin {first.plugin!r} ({first.origin}) "
                     f"and by {who}; rename one of them or uninstall one of the plugins"
                 )
-            table[key] = Registered(key, cls, hook.plugin_name, origin)
+            table[key] = Registered(key, cls, answer.plugin, answer.origin)
     order = list(KINDS)
     return {
         key: table[key]
