@@ -27,17 +27,17 @@ def check_observer(alone: Manager, plugin: str, origin: str) -> Iterator[Outcome
         for hook in alone.hook.mvreg_event.get_hookimpls():
 
             def tell(hook: object = hook) -> None:
-                for event in events(Path(folder)):
+                for event in (RunStarted(blob_scans(3), "grow", Path(folder)), *events()):
                     hook.function(*[event for _ in hook.argnames])  # type: ignore[attr-defined]
 
             yield subject.asked("it takes the events of a run", tell)
 
 
 @cache
-def events(folder: Path) -> tuple[Event, ...]:
-    """What happens when three small scans are registered."""
+def events() -> tuple[Event, ...]:
+    """What happens when the three scans of `blob_scans` are registered, once it has started."""
     scans = blob_scans(3)
-    found: list[Event] = [RunStarted(scans, "grow", folder)]
+    found: list[Event] = []
     method = Method("grow", pipeline(), GrowStrategy(levels=[{}]), NoAdjust())
     result, views, seconds = run(scans.scans, method, np.random.default_rng(0), found.append)
     report = build_report(
