@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from mvreg.kit.outcomes import Outcome
+    from mvreg.kit.outcomes import Outcome, Subject
 
 
 def check(arguments: Sequence[str]) -> int:
@@ -44,7 +45,7 @@ def told_as_they_come(outcomes: Iterable[Outcome]) -> list[Outcome]:
     found: list[Outcome] = []
     for one in outcomes:
         if not found or found[-1].subject != one.subject:
-            sys.stderr.write(f"checking {one.subject}, {one.origin}\n")
+            sys.stderr.write(f"checking {one.subject.name}, {one.subject.origin}\n")
         found.append(one)
     return found
 
@@ -63,12 +64,13 @@ def table(found: Sequence[Outcome]) -> Table:
     for status in Status:
         shown.add_column(status.value, justify="right")
     shown.add_column("")
-    for subject in dict.fromkeys((one.subject, one.plugin, one.origin) for one in found):
-        mine = [one for one in found if (one.subject, one.plugin, one.origin) == subject]
-        counts = [sum(one.status is status for one in mine) for status in Status]
-        failed = counts[list(Status).index(Status.failed)]
-        verdict = Text("FAILED", "bold red") if failed else Text("ok", "green")
-        shown.add_row(*map(Text, subject), *map(str, counts), verdict)
+    counts: dict[Subject, Counter[Status]] = {}
+    for one in found:
+        counts.setdefault(one.subject, Counter())[one.status] += 1
+    for of, count in counts.items():
+        verdict = Text("FAILED", "bold red") if count[Status.failed] else Text("ok", "green")
+        whose = map(Text, (of.name, of.plugin, of.origin))
+        shown.add_row(*whose, *(str(count[status]) for status in Status), verdict)
     return shown
 
 
@@ -77,16 +79,17 @@ def findings(found: Sequence[Outcome]) -> list[str]:
     from mvreg.kit.outcomes import Status
 
     lines = []
-    faults: dict[tuple[str, ...], list[Outcome]] = {}
+    faults: dict[tuple[Subject, Status, str], list[Outcome]] = {}
     for one in found:
         if one.status is not Status.passed:
             fault = one.text.partition("; in the case: ")[0]
-            faults.setdefault((one.subject, one.plugin, one.status.value, fault), []).append(one)
+            faults.setdefault((one.subject, one.status, fault), []).append(one)
     for same in faults.values():
         one, more = same[0], len(same) - 1
-        who = f"{one.subject} (plugin {one.plugin!r}, {one.origin})"
+        of = one.subject
+        who = f"{of.name} (plugin {of.plugin!r}, {of.origin})"
         others = f", and {more} other check{'s' if more > 1 else ''}" if more else ""
         lines += ["", f"{one.status.value}: {who}: {one.check}{others}", f"    {one.text}"]
-    failed = sum(one.status is Status.failed for one in found)
-    passed = sum(one.status is Status.passed for one in found)
+    count = Counter(one.status for one in found)
+    passed, failed = count[Status.passed], count[Status.failed]
     return [*lines, "", f"{passed} checks passed, {failed} failed"]

@@ -21,33 +21,16 @@ class Status(Enum):
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """One check of one thing that a plugin brings.
+class Subject:
+    """Something to check, and whose it is.
 
     Parameters
     ----------
-    subject : str
-        What was checked: ``seed=mutual``, ``+method=mutual``, ``the plugin``.
+    name : str
+        ``seed=mutual``, ``+method=mutual``, ``the plugin``.
     plugin, origin : str
-        Whose it is: the name of the entry point, and the distribution with its version.
-    check : str
-        What was asked of it, as a sentence.
-    status : Status
-    text : str
-        What was expected and what came; empty where it passed.
+        The name of the entry point, and the distribution with its version.
     """
-
-    subject: str
-    plugin: str
-    origin: str
-    check: str
-    status: Status
-    text: str = ""
-
-
-@dataclass(frozen=True)
-class Subject:
-    """Something to check, and whose it is."""
 
     name: str
     plugin: str
@@ -65,7 +48,28 @@ class Subject:
 
     def outcome(self, check: str, status: Status, text: str = "") -> Outcome:
         """What came of it."""
-        return Outcome(self.name, self.plugin, self.origin, check, status, text)
+        return Outcome(self, check, status, text)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One check of one thing that a plugin brings.
+
+    Parameters
+    ----------
+    subject : Subject
+        What was checked.
+    check : str
+        What was asked of it, as a sentence.
+    status : Status
+    text : str
+        What was expected and what came; empty where it passed.
+    """
+
+    subject: Subject
+    check: str
+    status: Status
+    text: str = ""
 
 
 def told(error: Exception, culprit: Any) -> str:

@@ -7,7 +7,7 @@ from fake_plugins import install, mvreg
 
 from mvreg.cli.checking import findings, table
 from mvreg.kit.check import check_plugins
-from mvreg.kit.outcomes import Outcome, Status
+from mvreg.kit.outcomes import Outcome, Status, Subject
 from mvreg.plugins import manager
 from mvreg.testing import SUITES
 
@@ -149,16 +149,17 @@ def test_a_plugin_that_cannot_be_loaded_hides_no_other(packages):
 def test_mvregs_own_stages_are_checked_if_asked():
     found = list(check_plugins("seed=nearest"))
     assert {one.status for one in found} == {Status.passed} and len(found) > 10
-    assert {one.origin for one in found} == {manager.stages()["seed/nearest"].origin}
+    assert {one.subject.origin for one in found} == {manager.stages()["seed/nearest"].origin}
     suite = SUITES["seed"]
     assert len(found) == len([name for name in dir(suite) if name.startswith("test_")])
 
 
 def test_the_table_has_a_row_for_each_thing():
+    first, second = (Subject(name, "p", "dist 1") for name in ("seed=a", "seed=b"))
     found = [
-        Outcome("seed=a", "p", "dist 1", "one", Status.passed),
-        Outcome("seed=a", "p", "dist 1", "two", Status.failed, "expected [x]; got y"),
-        Outcome("seed=b", "p", "dist 1", "one", Status.skipped, "no"),
+        Outcome(first, "one", Status.passed),
+        Outcome(first, "two", Status.failed, "expected [x]; got y"),
+        Outcome(second, "one", Status.skipped, "no"),
     ]
     assert table(found).row_count == 2
     lines = findings(found)
