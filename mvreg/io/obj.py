@@ -11,12 +11,12 @@ from pathlib import Path
 
 from mvreg.errors import InputError
 from mvreg.io.cloud import PointCloud
-from mvreg.io.colours import as_bytes, colours
 from mvreg.io.faces import fan
 from mvreg.io.table import parse_lines
 from mvreg.kernels.text import parse_rows
 from mvreg.types import Array
 from mvreg.types.attributes import Values
+from mvreg.types.colours import as_bytes, colours
 
 #: The line of a vertex, up to what follows its "v". What `str.lstrip` takes away may be before it.
 _VERTEX = re.compile(rb"^[\t\x0b\x0c\r\x1c-\x1f \x85\xa0]*v[ \t]([^\n]*)", re.MULTILINE)

@@ -7,10 +7,10 @@ from pathlib import Path
 
 from mvreg.errors import InputError
 from mvreg.io.cloud import PointCloud
-from mvreg.io.colours import as_bytes, colours
 from mvreg.io.faces import fan
 from mvreg.io.stations import Lines
 from mvreg.types.attributes import Values
+from mvreg.types.colours import as_bytes, colours
 
 _HEADER = re.compile(r"(ST)?(C)?(N)?(4)?(n)?OFF\s*(BINARY)?\s*(.*)")
 

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from mvreg.io.cloud import PointCloud
-from mvreg.io.colours import colours
 from mvreg.io.stations import Lines, with_points
 from mvreg.io.text import read_text
 from mvreg.types import Array
 from mvreg.types.attributes import Values
+from mvreg.types.colours import colours
 
 COUNT = re.compile(r"\s*(\d{1,18})\s*")
 

@@ -9,6 +9,8 @@ import numpy as np
 
 from mvreg.errors import few
 from mvreg.types.attributes import COLOURS, NORMALS, Values
+from mvreg.types.colours import as_bytes
+from mvreg.types.colours import colours as whole_colours
 
 #: Other spellings of attributes, in small letters.
 SPELLINGS = {
@@ -109,16 +111,13 @@ def colours(values: Any) -> dict[str, Values]:
     if array.ndim != 2 or array.shape[1] < 3 or not len(array) or array.dtype.kind not in "iuf":
         return {}
     array = array[:, :3]
+    if array.dtype in (np.uint8, np.uint16):
+        return {name: array[:, i].copy() for i, name in enumerate(COLOURS)}
     if array.dtype.kind == "f":
         if not np.isfinite(array).all():
             return {}
-        array = np.rint(255 * array if array.max() <= 1 else array)
-    if array.min() < 0 or array.max() > 65535:
-        return {}
-    kind = array.dtype if array.dtype in (np.uint8, np.uint16) else (
-        np.uint8 if array.max() <= 255 else np.uint16
-    )  # fmt: skip
-    return {name: array[:, i].astype(kind) for i, name in enumerate(COLOURS)}
+        array = np.rint(as_bytes(array))
+    return whole_colours(array)
 
 
 def normals(values: Any) -> dict[str, Values]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mvreg.types import Array
+from mvreg.geometry.arrays import Array
 from mvreg.types.attributes import COLOURS, Values
 
 
