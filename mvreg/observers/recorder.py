@@ -93,17 +93,19 @@ class Recorder:
             The ``result.json``; None if there was no reference yet, and so no pose, or if the run
             is recorded to its end already.
         """
-        result = None if self._run is None else self._so_far(self._run)
-        if self._run is None or result is None:
+        if (found := self._so_far()) is None:
             self.close()
             return None
-        scanset = self._run.scanset
-        report = self._report(self._run, result, rng, config)
-        return self._finish(scanset, result, report)
+        run, result = found
+        report = self._report(run, result, rng, config)
+        return self._finish(run.scanset, result, report)
 
-    def _so_far(self, run: RunStarted) -> Result | None:
-        """What is placed by now."""
-        return self._known.result(scan.name for scan in run.scanset.scans)
+    def _so_far(self) -> tuple[RunStarted, Result] | None:
+        """The run and what is placed by now; None before a reference, and when all is recorded."""
+        if self._run is None:
+            return None
+        result = self._known.result(scan.name for scan in self._run.scanset.scans)
+        return None if result is None else (self._run, result)
 
     def _report(
         self, run: RunStarted, result: Result, rng: int | None, config: Mapping[str, object]
@@ -128,13 +130,12 @@ class Recorder:
 
     def _write_so_far(self, pace: Pace) -> None:
         """The page of what is placed by now; a full disk is for the end of the run to tell."""
-        result = None if self._run is None else self._so_far(self._run)
-        if self._run is None or result is None:
+        if (found := self._so_far()) is None:
             return
         from mvreg.report.page.render import write_page
         from mvreg.report.so_far import report_so_far
 
-        started, run = time.perf_counter(), self._run
+        started, (run, result) = time.perf_counter(), found
         report = report_so_far(
             run.scanset, self._known.views, result, method=run.method, seconds=self._seconds()
         )
