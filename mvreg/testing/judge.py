@@ -22,6 +22,7 @@ from mvreg.testing.views import (
     moved_view,
     overlap,
     registration,
+    scaled_pose,
     scaled_registration,
     scaled_view,
 )
@@ -56,7 +57,7 @@ def wrong(degrees: float = 150.0) -> Registration:
 
 def scaled_edge(edge: Edge, unit: float) -> Edge:
     """The same edge in another unit of length."""
-    pose = se3.from_parts(edge.T_target_source[:3, :3], edge.T_target_source[:3, 3] * unit)
+    pose = scaled_pose(edge.T_target_source, unit)
     return replace(edge, T_target_source=pose, trimmed_mse=edge.trimmed_mse * unit**2)
 
 
