@@ -59,9 +59,8 @@ def _trimesh(value: Any) -> Found:
             f"expected a PointCloud or a Trimesh, got a {type(value).__name__}; of a Scene pass "
             "scene.to_geometry()"
         )
-    look = getattr(value, "visual", None)
-    own = look is not None and getattr(look, "kind", None) == "vertex"
-    paint = look.vertex_colors if own and look is not None else getattr(value, "colors", ())
+    own = getattr(getattr(value, "visual", None), "kind", None) == "vertex"
+    paint = value.visual.vertex_colors if own else getattr(value, "colors", ())
     return _on_mesh(value.vertices, getattr(value, "faces", ()), colours(paint))
 
 
