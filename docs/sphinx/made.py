@@ -45,7 +45,7 @@ def pages() -> dict[str, str]:
 
 
 def said(*words: str) -> str:
-    """What the program prints, eighty columns wide."""
+    """What the program prints, ninety columns wide."""
     out = io.StringIO()
     with contextlib.redirect_stdout(out), mock.patch.dict(os.environ, COLUMNS="90", NO_COLOR="1"):
         code = main(words)
