@@ -25,6 +25,8 @@ import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
+from fake_plugins import write_metadata
+
 BLOCK = re.compile(
     r"(?:^<!-- (file|include|not run): ([^\n]*?) -->\n)?^```(\w*)\n(.*?)^```$",
     re.DOTALL | re.MULTILINE,
@@ -88,13 +90,8 @@ def follow(page: Path, desk: Path) -> int:
 def install(file: Path) -> None:
     """Let the project of a ``pyproject.toml`` be known, as ``pip install -e`` would."""
     project = tomllib.loads(file.read_text("utf-8"))["project"]
-    name, version = project["name"], project["version"]
-    info = file.parent / f"{name.replace('-', '_')}-{version}.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n")
-    entries = project["entry-points"]["mvreg"].items()
-    (info / "entry_points.txt").write_text(
-        "[mvreg]\n" + "".join(f"{k} = {v}\n" for k, v in entries)
+    write_metadata(
+        file.parent, project["name"], project["version"], project["entry-points"]["mvreg"]
     )
 
 

@@ -1,13 +1,12 @@
 """``mvreg new-plugin``: what it writes installs, passes its own tests and is nobody else's."""
 
 import ast
-import os
 import subprocess
 import sys
 import tomllib
 
 import pytest
-from fake_plugins import mvreg, plugin_with, use
+from fake_plugins import mvreg, plugin_with, python, use
 from test_public import private
 
 from mvreg.contracts import KINDS
@@ -21,15 +20,6 @@ EVERY = (*KINDS, *BESIDES)
 QUICK = "seed"
 
 
-def python(*words, cwd, packages):
-    """Run Python with a folder of packages beside the installed ones, and no warning."""
-    path = os.pathsep.join([str(packages), os.environ.get("PYTHONPATH", "")]).rstrip(os.pathsep)
-    return subprocess.run(
-        [sys.executable, *words], cwd=cwd, env={**os.environ, "PYTHONPATH": path},
-        capture_output=True, text=True, check=False, timeout=300,
-    )  # fmt: skip
-
-
 @pytest.mark.parametrize(
     "kind", [k if k == QUICK else pytest.param(k, marks=pytest.mark.slow) for k in EVERY]
 )
@@ -38,12 +28,12 @@ def test_a_new_plugin_is_installed_and_passes_its_tests(kind, tmp_path):
     packages = tmp_path / "packages"
     pip = ["-m", "pip", "install", "--no-deps", "--no-build-isolation", "--no-index", "--quiet",
            "--disable-pip-version-check", "--target", str(packages), str(folder)]  # fmt: skip
-    done = python(*pip, cwd=tmp_path, packages=packages)
+    done = python(*pip, cwd=tmp_path, packages=packages, timeout=300)
     assert done.returncode == 0, done.stderr
     tests = folder / "tests"
     done = python(
         "-m", "pytest", "-q", "-n", "0", "-p", "no:dash", "-p", "no:cacheprovider", "-W", "error",
-        "--rootdir", str(tests), str(tests), cwd=tmp_path, packages=packages,
+        "--rootdir", str(tests), str(tests), cwd=tmp_path, packages=packages, timeout=300,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
     done = mvreg("plugins", "check", "my_own", packages=packages, cwd=tmp_path)

@@ -5,7 +5,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from fake_plugins import Half, install, mvreg, plugin_with, use
+from fake_plugins import Half, install, mvreg, plugin_with, refused, use
 
 from mvreg.contracts import KINDS
 from mvreg.errors import PluginError
@@ -217,12 +217,7 @@ BROKEN = {
 def test_an_installed_plugin_that_is_broken_is_named_without_a_traceback(name, tmp_path):
     source, message = BROKEN[name]
     install(tmp_path, name, source)
-    done = mvreg("plugins", packages=tmp_path, cwd=tmp_path)
-    assert done.returncode == 2
-    assert done.stdout == ""
-    assert done.stderr.startswith("error: ") and done.stderr.count("\n") == 1
-    assert f"dist-{name} 0.3" in done.stderr
-    assert re.search(message, done.stderr)
+    assert re.search(message, refused(name, tmp_path))
 
 
 def test_an_installed_plugin_is_listed_with_its_distribution(tmp_path):

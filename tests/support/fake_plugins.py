@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -68,21 +69,46 @@ def use(monkeypatch: pytest.MonkeyPatch, **named: object) -> manager.Manager:
 def install(folder: Path, name: str, source: str) -> None:
     """A module `name` and its metadata, as pip would put them into a folder of packages."""
     (folder / f"{name}.py").write_text(source)
-    info = folder / f"{name}-0.3.dist-info"
+    write_metadata(folder, f"dist-{name}", "0.3", {name: name})
+
+
+def write_metadata(folder: Path, name: str, version: str, entries: Mapping[str, str]) -> None:
+    """What pip writes beside the modules of a distribution with entry points of mvreg."""
+    info = folder / f"{name.replace('-', '_')}-{version}.dist-info"
     info.mkdir()
-    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: dist-{name}\nVersion: 0.3\n")
-    (info / "entry_points.txt").write_text(f"[mvreg]\n{name} = {name}\n")
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n")
+    (info / "entry_points.txt").write_text(
+        "[mvreg]\n" + "".join(f"{entry} = {value}\n" for entry, value in entries.items())
+    )
 
 
-def mvreg(*words: str, packages: Path | None = None, cwd: Path) -> subprocess.CompletedProcess[str]:
-    """Run ``python -m mvreg`` with a folder of packages beside the installed ones."""
+def python(
+    *words: str, packages: Path | str | None = None, cwd: Path, timeout: float = 60
+) -> subprocess.CompletedProcess[str]:
+    """Run Python with a folder of packages beside the installed ones."""
     path = os.pathsep.join(filter(None, [str(packages or ""), os.environ.get("PYTHONPATH")]))
     return subprocess.run(
-        [sys.executable, "-m", "mvreg", *words],
+        [sys.executable, *words],
         cwd=cwd,
         env={**os.environ, "PYTHONPATH": path},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=timeout,
         check=False,
     )
+
+
+def mvreg(
+    *words: str, packages: Path | str | None = None, cwd: Path
+) -> subprocess.CompletedProcess[str]:
+    """Run ``python -m mvreg`` with a folder of packages beside the installed ones."""
+    return python("-m", "mvreg", *words, packages=packages, cwd=cwd)
+
+
+def refused(name: str, packages: Path) -> str:
+    """What ``mvreg plugins`` says where the plugin `name` is broken: one line, and names it."""
+    done = mvreg("plugins", packages=packages, cwd=packages)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("error: ") and done.stderr.count("\n") == 1
+    assert f"dist-{name} 0.3" in done.stderr
+    return done.stderr
