@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from blocks import blocks_of, commands_of
 from fake_plugins import install
 from include import DOCUMENTS, included
 from observed import run as observed_run
@@ -34,14 +35,14 @@ STANFORD = {"bunny", "dragon", "buddha", "armadillo"}
 
 def blocks(text: str, language: str) -> list[str]:
     """The blocks of code in one language."""
-    return re.findall(rf"^```{language}\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
+    return [block.text for block in blocks_of(text) if block.language == language]
 
 
 def commands(text: str) -> list[str]:
     """The lines of the shell blocks, without their comments."""
-    lines = "".join(blocks(text, "sh")).splitlines()
-    bare = [" ".join(line.partition("#")[0].split()) for line in lines]
-    return [line for line in dict.fromkeys(bare) if line]
+    found = [each for block in blocks_of(text) if block.language == "sh"
+             for each, _ in commands_of(block)]  # fmt: skip
+    return list(dict.fromkeys(" ".join(command.split()) for command in found))
 
 
 def words_after(heading: str, table_of: str) -> list[str]:
