@@ -39,9 +39,9 @@ def blocks(text: str, language: str) -> list[str]:
 
 
 def commands(text: str) -> list[str]:
-    """The lines of the shell blocks, without their comments."""
+    """The lines of the shell blocks that can be run here, without their comments."""
     found = [each for block in blocks_of(text) if block.language == "sh"
-             for each, _ in commands_of(block)]  # fmt: skip
+             and block.special != "not run" for each, _ in commands_of(block)]  # fmt: skip
     return list(dict.fromkeys(" ".join(command.split()) for command in found))
 
 
