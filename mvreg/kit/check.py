@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.metadata import EntryPoint, entry_points
 
 from mvreg.errors import InputError, MvregError, few
+from mvreg.export import table
+from mvreg.export.brought import collect_exports
+from mvreg.export.formats import Format
 from mvreg.kit.besides import check_observer, check_presets
+from mvreg.kit.exports import PREFIX, check_export
 from mvreg.kit.outcomes import Outcome, Status, Subject
 from mvreg.kit.stages import check_stage
 from mvreg.plugins import manager
@@ -29,6 +33,12 @@ class Installed:
     stages: Mapping[str, Registered]
     suites: Mapping[str, type]
     broken: str = ""
+    exports: Mapping[str, Format] = field(default_factory=dict)
+
+    @property
+    def keys(self) -> list[str]:
+        """What can be checked by itself: stages, and export formats as ``export/NAME``."""
+        return [*self.stages, *(f"{PREFIX}{name}" for name in self.exports)]
 
     @property
     def distribution(self) -> str:
@@ -55,7 +65,8 @@ def examined(entry: EntryPoint) -> Installed:
         alone = manager.build([entry])
         stages = register_all(alone)
         collect_formats(alone)
-        return Installed(entry.name, origin, alone, stages, suites_of(alone))
+        exports = collect_exports(alone, table.BY_NAME)
+        return Installed(entry.name, origin, alone, stages, suites_of(alone), exports=exports)
     except MvregError as error:
         return Installed(entry.name, origin, None, {}, {}, str(error))
 
@@ -92,7 +103,7 @@ def check_plugins(asked: str | None, core: bool = False) -> Iterator[Outcome]:
     """
     known = installed()
     key = (asked or "").replace("=", "/")
-    chosen = [one for one in known if asked in (one.name, one.distribution) or key in one.stages]
+    chosen = [one for one in known if asked in (one.name, one.distribution) or key in one.keys]
     if asked is None:
         chosen = [one for one in known if core or one.name != CORE]
     elif not chosen:
@@ -102,7 +113,7 @@ def check_plugins(asked: str | None, core: bool = False) -> Iterator[Outcome]:
             f"{asked!r}; plugins: {names}; mvreg plugins lists the stages"
         )
     for one in chosen:
-        yield from check_one(one, key if key in one.stages else None)
+        yield from check_one(one, key if key in one.keys else None)
     if asked is None and not any(one.broken for one in known):
         yield from check_together()
 
@@ -118,15 +129,18 @@ def check_one(one: Installed, only: str | None) -> Iterator[Outcome]:
             "it has a hook", Status.failed,
             f"expected a function called one of {', '.join(HOOKS)}; got none",
         )  # fmt: skip
-    if strange := sorted(set(one.suites) - set(one.stages)):
+    if strange := sorted(set(one.suites) - set(one.keys)):
         yield subject.outcome(
             "its suites are of its stages", Status.failed,
-            f"expected keys of its stages from mvreg_suites(), {few(list(one.stages))}; "
+            f"expected keys of its stages from mvreg_suites(), {few(one.keys)}; "
             f"got {few(strange)}",
         )  # fmt: skip
     for key, entry in one.stages.items():
         if only in (None, key):
             yield from check_stage(entry, one.suites)
+    for name, each in one.exports.items():
+        if only in (None, f"{PREFIX}{name}"):
+            yield from check_export(each, one.suites, one.name, one.origin)
     if only is None and one.manager is not None:
         if "mvreg_formats" in one.hooks:
             yield Subject("formats", one.name, one.origin).outcome(
@@ -145,6 +159,7 @@ def check_together() -> Iterator[Outcome]:
     def meet() -> None:
         manager.stages()
         manager.formats()
+        table.formats()
 
     found = subject.asked("they go with each other", meet)
     if found.status is Status.failed:

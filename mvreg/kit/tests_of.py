@@ -94,6 +94,33 @@ def test_a_damaged_file_is_refused_in_words(tmp_path, text, said):
         mvreg.dataset("folder", path=str(tmp_path))
 '''
 
+EXPORTER = '''\
+"""Does the format keep its contract, and does a run write it?"""
+
+import subprocess
+import sys
+
+from {package}.exporter import {upper}, read_{name}
+
+from mvreg.testing import ExportContract
+
+
+class Test{camel}(ExportContract):
+    format = {upper}
+
+
+def test_a_run_writes_it(tmp_path):
+    words = ["dataset=tiny", "dataset.views=3", "+method=fcpma", "store=false", "rerun=false",
+             "report=false", "export=[{name}]", f"hydra.run.dir={{tmp_path / 'run'}}"]  # fmt: skip
+    done = subprocess.run(
+        [sys.executable, "-m", "mvreg", *words], cwd=tmp_path, capture_output=True, text=True,
+        check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    poses = read_{name}(tmp_path / "run" / "export")
+    assert sorted(poses) == ["tiny_00", "tiny_01", "tiny_02"]
+'''
+
 OBSERVER = '''\
 """Does a run leave the table, and what is in it?"""
 
@@ -129,6 +156,10 @@ def tests_of(naming: Naming) -> str:
     words = {"name": naming.name, "package": naming.package, "kind": naming.kind}
     if naming.kind == "reader":
         return READER.format(**words)
+    if naming.kind == "exporter":
+        return EXPORTER.format(
+            **words, upper=naming.words["NAMELESS"], camel=naming.words["Nameless"]
+        )
     if naming.kind == "observer":
         return OBSERVER.format(**words)
     contract = f"{KINDS[naming.kind].__name__}Contract"

@@ -22,6 +22,7 @@ from mvreg.testing.core import SUITES
 from mvreg.testing.dataset import DatasetContract
 from mvreg.testing.describe import DescribeContract
 from mvreg.testing.downsample import DownsampleContract
+from mvreg.testing.export import ExportContract
 from mvreg.testing.judge import JudgeContract
 from mvreg.testing.propagate import PropagateContract
 from mvreg.testing.refine import RefineContract
@@ -37,6 +38,7 @@ __all__ = [
     "DatasetContract",
     "DescribeContract",
     "DownsampleContract",
+    "ExportContract",
     "JudgeContract",
     "PropagateContract",
     "RefineContract",
