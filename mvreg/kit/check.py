@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from importlib import metadata
 from importlib.metadata import EntryPoint, entry_points
 
 from mvreg.errors import InputError, MvregError, few
@@ -110,12 +111,27 @@ def check_plugins(asked: str | None, core: bool = False) -> Iterator[Outcome]:
         names = few([f"{one.name} ({one.distribution})" for one in known])
         raise InputError(
             f"mvreg plugins check: expected a plugin, a distribution or a stage as kind=name, got "
-            f"{asked!r}; plugins: {names}; mvreg plugins lists the stages"
+            f"{asked!r}; {without_entry_point(asked)}plugins: {names}; "
+            "mvreg plugins lists the stages"
         )
     for one in chosen:
         yield from check_one(one, key if key in one.keys else None)
-    if asked is None and not any(one.broken for one in known):
-        yield from check_together()
+    if chosen and not any(one.broken for one in known):
+        yield from check_together([one.origin for one in chosen])
+
+
+def without_entry_point(asked: str) -> str:
+    """What is said of a distribution that is installed, but is no plugin; empty for any other."""
+    for name in (asked, f"mvreg-{asked}"):
+        try:
+            version = metadata.version(name)
+        except (metadata.PackageNotFoundError, ValueError):
+            continue
+        return (
+            f"{name} {version} is installed, but has no entry point in the group {GROUP!r}: write "
+            f"[project.entry-points.{GROUP}] in its pyproject.toml and install it again; "
+        )
+    return ""
 
 
 def check_one(one: Installed, only: str | None) -> Iterator[Outcome]:
@@ -128,6 +144,11 @@ def check_one(one: Installed, only: str | None) -> Iterator[Outcome]:
         yield subject.outcome(
             "it has a hook", Status.failed,
             f"expected a function called one of {', '.join(HOOKS)}; got none",
+        )  # fmt: skip
+    elif not one.keys and set(one.hooks) <= {"mvreg_stages", "mvreg_exports", "mvreg_suites"}:
+        yield subject.outcome(
+            "it brings something", Status.failed,
+            f"expected {' or '.join(one.hooks)} to return something; got nothing",
         )  # fmt: skip
     if strange := sorted(set(one.suites) - set(one.keys)):
         yield subject.outcome(
@@ -152,8 +173,8 @@ def check_one(one: Installed, only: str | None) -> Iterator[Outcome]:
             yield from check_presets(one.manager, one.name, one.origin)
 
 
-def check_together() -> Iterator[Outcome]:
-    """Whether all plugins go with each other: no key and no suffix twice."""
+def check_together(origins: Sequence[str]) -> Iterator[Outcome]:
+    """Whether plugins go with all others: no name, no key and no suffix twice."""
     subject = Subject("all plugins", "all", "together")
 
     def meet() -> None:
@@ -162,5 +183,5 @@ def check_together() -> Iterator[Outcome]:
         table.formats()
 
     found = subject.asked("they go with each other", meet)
-    if found.status is Status.failed:
+    if found.status is Status.failed and any(origin in found.text for origin in origins):
         yield found

@@ -349,11 +349,9 @@ def test_candidates_that_are_off_are_measured_in_words():
     truth = overlap().T_target_source
     turned = truth @ se3.exp(np.array([0, 0, 0.5, 0, 0, 0]))
     far = Candidates(np.stack([np.eye(4), turned]), np.zeros(2), (np.empty((0, 2), dtype=int),) * 2)
-    with pytest.raises(
-        AssertionError, match="2 candidates, the nearest, number 2, off by 28.6 degr"
-    ):
+    with pytest.raises(AssertionError, match="2 candidates, the nearest, number 2, off by 28"):
         suite.near(far, truth, overlap().source)
-    with pytest.raises(AssertionError, match="true pose; got no candidate$"):
+    with pytest.raises(AssertionError, match=r"true pose; got no candidate$"):
         suite.near(Candidates.none(), truth, overlap().source)
     with pytest.raises(
         AssertionError, match="expected a candidate for views that overlap; got none"
