@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from difflib import get_close_matches
 from functools import cache
 
 from mvreg.errors import InputError
@@ -82,8 +83,10 @@ def formats_of(names: Iterable[str]) -> list[Format]:
     for name in names:
         each = formats().get(str(name).lower())
         if each is None:
+            near = get_close_matches(str(name).lower(), formats(), n=1)
+            hint = f"did you mean {near[0]}? " if near else ""
             raise InputError(
-                f"export: there is no format {str(name)!r}; formats: {', '.join(formats())}"
+                f"export: there is no format {str(name)!r}; {hint}formats: {', '.join(formats())}"
             )
         if isinstance(each, PointFormat) and each.require is not None:
             each.require()
