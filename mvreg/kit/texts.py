@@ -168,7 +168,8 @@ def readme(naming: Naming, module: str) -> str:
         f"`mvreg.testing.{KINDS[naming.kind].__name__}Contract` tests it."
         if naming.kind in KINDS
         else {
-            "reader": "`mvreg.io.Format` says what the hook returns.",
+            "reader": "`mvreg.io.Format` says\nwhat the hook returns, and "
+            "`mvreg.testing.ReaderContract` tests it.",
             "exporter": "`mvreg.export.PoseFormat` and\n`mvreg.export.PointFormat` say what "
             "the hook returns, and `mvreg.testing.ExportContract` tests it.",
             "observer": "`mvreg.events` has the\nevents that the hook is told.",

@@ -25,6 +25,7 @@ from mvreg.testing.downsample import DownsampleContract
 from mvreg.testing.export import ExportContract
 from mvreg.testing.judge import JudgeContract
 from mvreg.testing.propagate import PropagateContract
+from mvreg.testing.reader import ReaderContract
 from mvreg.testing.refine import RefineContract
 from mvreg.testing.scans import blob_scan, blob_scans, plane_scans
 from mvreg.testing.seed import SeedContract
@@ -41,6 +42,7 @@ __all__ = [
     "ExportContract",
     "JudgeContract",
     "PropagateContract",
+    "ReaderContract",
     "RefineContract",
     "SeedContract",
     "StageContract",
