@@ -96,6 +96,10 @@ def test_links_lead_to_pages_or_name_files(monkeypatch):
     assert shown == (
         "[g](reference/glossary.md#x) e (`mvreg/evidence`) ![r](pictures/report.png)\n" + code
     )
+    section = "[c](../mvreg/API.md#mvregcontracts) [p](../mvreg/API.md#what-is-public)"
+    assert layout.for_the_site(section, "docs/start.md") == (
+        "[c](reference/api/mvreg.contracts.md) [p](reference/api/index.md#what-is-public)"
+    )
     with pytest.raises(FileNotFoundError, match=r"nothing\.md"):
         layout.for_the_site("[a](nothing.md)", "docs/start.md")
 

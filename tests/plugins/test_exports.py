@@ -104,7 +104,7 @@ def test_that_errors_about_files_are_left_as_they_are(error, tmp_path):
 
 SOURCE = """
 from mvreg.export import PoseFormat
-from mvreg.testing import ExportContract
+from mvreg.io import Format
 
 def good(folder, component, placements):
     (folder / "names.txt").write_text(repr(component.poses), encoding="utf-8")
@@ -123,6 +123,12 @@ FORMATS = [PoseFormat("good", "names.txt", "what it looks like", good),
 
 def mvreg_exports():
     return FORMATS
+
+def mvreg_formats():
+    return [Format("Mine", (".mine",), lambda path, options: [])]
+
+def mvreg_event(event):
+    pass
 """
 
 
@@ -130,6 +136,12 @@ def test_that_the_command_lists_writes_and_checks_them(tmp_path):
     install(tmp_path, "formats", SOURCE)
     listed = mvreg("export", "--list", packages=tmp_path, cwd=tmp_path)
     assert "  good          names.txt              what it looks like\n" in listed.stdout
+    all_of_it = mvreg("plugins", packages=tmp_path, cwd=tmp_path).stdout
+    whose = "[plugin 'formats' (dist-formats 0.3)]"
+    assert "\nbesides, from plugins:\n" in all_of_it
+    assert f"  files ending in .mine: Mine  {whose}\n" in all_of_it
+    assert f"  export=good: what it looks like  {whose}\n" in all_of_it
+    assert f"  an observer of runs  {whose}\n" in all_of_it
     run = ["dataset=tiny", "dataset.views=2", "+method=fcpma", "store=false", "rerun=false",
            "report=false", "hydra.run.dir=run"]  # fmt: skip
     done = mvreg(*run, "export=[good]", packages=tmp_path, cwd=tmp_path)
