@@ -147,8 +147,11 @@ def test_that_the_command_lists_writes_and_checks_them(tmp_path):
     done = mvreg(*run, "export=[good]", packages=tmp_path, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "tiny_00" in (tmp_path / "run" / "export" / "names.txt").read_text()
-    done = mvreg("export", "run", "bad", packages=tmp_path, cwd=tmp_path)
+    (tmp_path / "run" / "export" / "names.txt").unlink()
+    done = mvreg("export", "run", "bad", "good", "tum", packages=tmp_path, cwd=tmp_path)
     assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.endswith("return [] where there is nothing to say; written: good, tum\n")
+    assert {"names.txt", "tum.txt"} <= {f.name for f in (tmp_path / "run" / "export").iterdir()}
     assert done.stderr.startswith("error: export=bad (plugin 'formats' (dist-formats 0.3)): expect")
     done = mvreg("plugins", "check", "formats", packages=tmp_path, cwd=tmp_path)
     assert done.returncode == 1
