@@ -10,13 +10,14 @@ from importlib.metadata import EntryPoint, entry_points
 from mvreg.errors import InputError, MvregError, few
 from mvreg.export import table
 from mvreg.export.brought import collect_exports
-from mvreg.export.formats import Format
+from mvreg.export.formats import Format as ExportFormat
+from mvreg.io import Format
 from mvreg.kit.besides import check_observer, check_presets
-from mvreg.kit.exports import PREFIX, check_export
+from mvreg.kit.formats import EXPORT, READER, check_export, check_reader
 from mvreg.kit.outcomes import Outcome, Status, Subject
 from mvreg.kit.stages import check_stage
 from mvreg.plugins import manager
-from mvreg.plugins.formats import collect_formats
+from mvreg.plugins.formats import Guarded, collect_formats
 from mvreg.plugins.pluggy_manager import GROUP, HERE, HOOKS, Manager
 from mvreg.plugins.registry import Registered, register_all
 
@@ -34,12 +35,14 @@ class Installed:
     stages: Mapping[str, Registered]
     suites: Mapping[str, type]
     broken: str = ""
-    exports: Mapping[str, Format] = field(default_factory=dict)
+    exports: Mapping[str, ExportFormat] = field(default_factory=dict)
+    readers: Mapping[str, Format] = field(default_factory=dict)
 
     @property
     def keys(self) -> list[str]:
-        """What can be checked by itself: stages, and export formats as ``export/NAME``."""
-        return [*self.stages, *(f"{PREFIX}{name}" for name in self.exports)]
+        """What can be checked by itself: stages, ``export/NAME``, ``reader/NAME``."""
+        exports = [f"{EXPORT}{name}" for name in self.exports]
+        return [*self.stages, *exports, *(f"{READER}{name}" for name in self.readers)]
 
     @property
     def distribution(self) -> str:
@@ -65,9 +68,15 @@ def examined(entry: EntryPoint) -> Installed:
     try:
         alone = manager.build([entry])
         stages = register_all(alone)
-        collect_formats(alone)
+        readers = {
+            each.name: each
+            for each in collect_formats(alone).values()
+            if isinstance(each.read, Guarded)
+        }
         exports = collect_exports(alone, table.BY_NAME)
-        return Installed(entry.name, origin, alone, stages, suites_of(alone), exports=exports)
+        return Installed(
+            entry.name, origin, alone, stages, suites_of(alone), exports=exports, readers=readers
+        )
     except MvregError as error:
         return Installed(entry.name, origin, None, {}, {}, str(error))
 
@@ -160,13 +169,12 @@ def check_one(one: Installed, only: str | None) -> Iterator[Outcome]:
         if only in (None, key):
             yield from check_stage(entry, one.suites)
     for name, each in one.exports.items():
-        if only in (None, f"{PREFIX}{name}"):
+        if only in (None, f"{EXPORT}{name}"):
             yield from check_export(each, one.suites, one.name, one.origin)
+    for name, reader in one.readers.items():
+        if only in (None, f"{READER}{name}"):
+            yield from check_reader(reader, one.suites, one.name, one.origin)
     if only is None and one.manager is not None:
-        if "mvreg_formats" in one.hooks:
-            yield Subject("formats", one.name, one.origin).outcome(
-                "they can be registered", Status.passed
-            )
         if "mvreg_event" in one.hooks:
             yield from check_observer(one.manager, one.name, one.origin)
         if "mvreg_config_path" in one.hooks:

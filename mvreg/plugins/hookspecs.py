@@ -43,11 +43,12 @@ def mvreg_exports() -> list[Any]:  # type: ignore[empty-body]
 
 @hookspec
 def mvreg_suites() -> dict[str, type]:  # type: ignore[empty-body]
-    """Return contract suites of `mvreg.testing` for stages that the plain one does not suit.
+    """Return contract suites of `mvreg.testing` for what the plain one does not suit.
 
     By their keys, ``{"describe/fpfh": FpfhSuite}``: subclasses that give a `stage` with other
     parameters than the defaults, or waive something. ``mvreg plugins check`` runs them. That of a
-    format of `mvreg_exports` has the key ``export/NAME`` and gives the `format`.
+    format of `mvreg_exports` has the key ``export/NAME``, of one of `mvreg_formats`
+    ``reader/NAME``; it gives the `format`.
     """
 
 
