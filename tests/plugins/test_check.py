@@ -120,6 +120,10 @@ def test_what_is_wrong_is_said_of_every_stage(packages, name):
         r"the plugin .*: its suites are of its stages\n    expected keys .*; got seed/other",
     ):
         assert re.search(rf"failed: {wanted}", said), f"{wanted}\n{said}"
+    assert re.search(
+        r"skipped: seed=alist .*\n    cannot be asked of answers that are not in t", said
+    )
+    assert not re.search(r"seed=alist .*\n.* at \S+testing", said)  # later looks into the list
     assert "Traceback" not in said + done.stderr
     assert "good" not in said
 
