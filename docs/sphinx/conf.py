@@ -3,6 +3,7 @@
 import sys
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 from sphinx.util.inspect import TypeAliasForwardRef
 
@@ -52,3 +53,19 @@ copybutton_exclude = ".linenos, .gp"
 
 # Else the name of a type of arrays is shown as ``TypeAliasForwardRef('Array')`` within other types.
 TypeAliasForwardRef.__repr__ = lambda self: self.name  # type: ignore[method-assign]
+
+
+def signature_of(
+    app: Any, what: str, name: str, value: Any, options: Any, signature: str | None, returned: Any
+) -> tuple[str, Any] | None:
+    """Signatures as Python reads them: a protocol is not made, and a default has a value."""
+    if what == "class" and getattr(value, "_is_protocol", False):
+        return "", None
+    if signature and "<factory>" in signature:  # a dataclass's field(default_factory=...)
+        return signature.replace("<factory>", "..."), returned
+    return None
+
+
+def setup(app: Any) -> None:
+    """Called by Sphinx."""
+    app.connect("autodoc-process-signature", signature_of)

@@ -118,7 +118,16 @@ def led(text: str, file: str) -> str:
         if aim is None:
             named = words.strip("`") == there
             return f"`{there}`" if named else f"{words} (`{there}`)"
+        if there == "mvreg/API.md" and (module := module_of(anchor)):
+            aim, hash_, anchor = f"reference/api/{module}.md", "", ""
         way = os.path.relpath(aim, PurePosixPath(page).parent)
         return f"{mark}[{words}]({PurePosixPath(way)}{hash_}{anchor})"
 
     return LINK.sub(new, text)
+
+
+def module_of(anchor: str) -> str | None:
+    """The public module of a section of ``mvreg/API.md``, which has a page of its own."""
+    text = (ROOT / "mvreg/API.md").read_text("utf-8")
+    modules = re.findall(r"^## (.+)$", text, re.MULTILINE)
+    return next((module for module in modules if module.replace(".", "") == anchor), None)

@@ -181,7 +181,9 @@ def api_page(path: str, seen: dict[int, str]) -> str:
         else:
             seen[id(value)] = path
             what = "autoclass" if inspect.isclass(value) else "autofunction"
-            here.append(f"```{{eval-rst}}\n.. {what}:: {path}.{name}\n```")
+            # Of a contract, how a stage is called is what matters.
+            called = "   :special-members: __call__\n" if getattr(value, "_is_protocol", 0) else ""
+            here.append(f"```{{eval-rst}}\n.. {what}:: {path}.{name}\n{called}```")
     if values:
         parts.append("\n".join(values))
     if elsewhere:

@@ -91,13 +91,17 @@ def version() -> int:
 
 
 def plugins(arguments: Sequence[str]) -> int:
-    """Print every stage: name, description, parameters with their defaults, who registered it."""
+    """Print every stage: name, description, parameters with their defaults, who registered it.
+
+    Below them what plugins bring besides: formats in and out, observers.
+    """
     if arguments[:1] == ["check"]:
         from mvreg.cli.checking import check
 
         return check(arguments[1:])
     parser = argparse.ArgumentParser(
-        "mvreg plugins", description=plugins.__doc__,
+        "mvreg plugins", description=(plugins.__doc__ or "").replace("\n    ", "\n"),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog="mvreg plugins check [NAME] checks that they do what their contracts ask",
     )  # fmt: skip
     parser.add_argument("kind", nargs="?", help="list this kind alone, such as refine")
@@ -129,6 +133,10 @@ def listing(kind: str | None = None) -> str:
                 lines.append(f"      {stage.summary}")
                 lines += [f"      {each}.{k}={shown(v)}" for k, v in stage.parameters.items()]
         lines.append("")
+    if kind is None:
+        from mvreg.cli.besides import besides
+
+        lines += besides()
     return "\n".join(lines)
 
 

@@ -14,7 +14,7 @@ def new_plugin(arguments: Sequence[str]) -> int:
     parser = argparse.ArgumentParser("mvreg new-plugin", description=new_plugin.__doc__)
     parser.add_argument("name", help="small letters, digits and underscores, such as my_seed")
     parser.add_argument("kind", help="a kind of stage, as mvreg plugins lists them; reader, "
-                        "observer")  # fmt: skip
+                        "exporter, observer")  # fmt: skip
     parser.add_argument("--to", type=Path, default=Path(), help="where the folder is made")
     asked = parser.parse_args(arguments)
     from mvreg.kit.new import new_plugin as write

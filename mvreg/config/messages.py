@@ -7,6 +7,7 @@ import re
 import shlex
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 from hydra.errors import HydraException, MissingConfigException, OverrideParseException
 from omegaconf.errors import (
@@ -27,6 +28,11 @@ from mvreg.plugins import manager
 #: What is wrong input when it comes out of Hydra; it raises ValueError for some overrides.
 CONFIG_ERRORS = (HydraException, OmegaConfBaseException, ValueError)
 
+#: What can stand first on the command line instead of KEY=VALUE.
+WORDS = (
+    "look", "inspect", "add", "export", "report", "view", "compare", "plugins", "new-plugin",
+    "store",
+)  # fmt: skip
 NOT_IN_DEFAULTS = re.compile(r"Could not (?:override|delete) '([^']+)'\. No match in the defaults")
 TWICE = re.compile(r"(?:Multiple values for )?(\S+?)(?:\. To| appears more than once in the final)")
 WHERE = re.compile(r"In '([^']+)'")
@@ -58,6 +64,9 @@ def explain(error: Exception) -> str:
     if isinstance(cause, MissingMandatoryValue):
         return f"{origin(error)}{cause.full_key} needs a value: {cause.full_key}=..."
     if isinstance(cause, OmegaConfBaseException) and cause.full_key:
+        if "is not a ListConfig" in first_line(cause):
+            key = cause.full_key
+            return f"{origin(error)}{key}: expected a list in brackets: '{key}=[FIRST,SECOND]'"
         return f"{origin(error)}{cause.full_key}: {first_line(cause)}"
     if match := NOT_IN_DEFAULTS.match(str(error)):
         names = ", ".join(choices().get(match[1], ["NAME"]))
@@ -82,6 +91,10 @@ def origin(error: Exception) -> str:
 def no_such_choice(file: str, options: Iterable[str]) -> str:
     """For ``refine=foo``."""
     group, _, name = file.rpartition("/")
+    if folder := file.removeprefix("dataset/") if file.startswith("dataset/") else "":
+        listed = ", ".join(options or choices().get("dataset", ()))
+        if Path(folder).is_dir():
+            return f"dataset={folder} is no data set: {a_folder(folder)}; data sets: {listed}"
     if file == "hydra/launcher/joblib":
         return "hydra/launcher=joblib is not installed: pip install hydra-joblib-launcher"
     plus = "" if group in (*KINDS, "executor") or group.startswith("hydra/") or not group else "+"
@@ -103,6 +116,10 @@ def no_such_key(key: str, known: Iterable[str], cls: type | None = None) -> str:
     owner = f"parameters of {stage.kind}={stage.name}" if stage else "keys"
     near = difflib.get_close_matches(key.rpartition(".")[2], names, n=1)
     hint = f"did you mean {near[0]}? " if near else ""
+    if owner == "keys" and "." not in key:
+        kinds = dict.fromkeys(s.kind for s in manager.stages().values() if key in s.parameters)
+        full = " or ".join(f"{kind}.{key}" for kind in kinds)
+        hint = f"did you mean {full}? " if full else hint
     return f"{key} does not exist; {hint}{owner}: {', '.join(names) or 'none'}"
 
 
@@ -117,7 +134,20 @@ def unreadable(error: OverrideParseException) -> str:
         quoted = f"{key}={spelled(value)}"
         quoted = shlex.quote(quoted) if re.search(r'["$`\\]', quoted) else f'"{quoted}"'
         return f"cannot read {error.override!r}{detail}; quote the value twice: {quoted}"
+    if Path(error.override).is_dir():
+        return f"cannot read {error.override!r}: {a_folder(error.override)}"
+    near = difflib.get_close_matches(error.override, WORDS, n=1)
+    hint = f"did you mean mvreg {near[0]}? " if near else ""
     return (
-        f"cannot read {error.override!r}{detail}; expected KEY=VALUE, or first the word plugins, "
-        "inspect, look, report, compare, view or export; see mvreg --help"
+        f"cannot read {error.override!r}{detail}; {hint}expected KEY=VALUE, or first the word "
+        f"{', '.join(WORDS[:-1])} or {WORDS[-1]}; see mvreg --help"
+    )
+
+
+def a_folder(name: str) -> str:
+    """What is said where the name of a folder stands for its scans."""
+    path = shlex.quote(f"dataset.path={name}")
+    return (
+        f"it is a folder; mvreg dataset=folder {path} registers the scans in it, "
+        f"mvreg look {shlex.quote(name)} shows what is read of them"
     )

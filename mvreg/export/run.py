@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from mvreg.errors import InputError, few
+from mvreg.errors import InputError, PluginError, few
 from mvreg.export.formats import Format, PointFormat
 from mvreg.export.model import Model
 from mvreg.export.placements import Component, Placements, placements
@@ -45,6 +45,8 @@ def export(
     ------
     InputError
         If the scans are not those of the run, or a file cannot be written.
+    PluginError
+        If a plugin's format fails; the other formats are written.
     """
     found = placements(report)
     formats = list(formats)
@@ -56,6 +58,7 @@ def export(
         if any(isinstance(each, PointFormat) and each.residuals for each in formats):
             registered = views(scanset)
     remarks = _missing(found)
+    failed: dict[str, PluginError] = {}
     for component in found.components:
         below = folder / f"component_{component.number}" if component.number > 1 else folder
         try:
@@ -63,8 +66,16 @@ def export(
         except OSError as error:
             raise InputError(f"{below}: cannot be made: {error.strerror or error}") from error
         for each in formats:
-            said = _write(each, below, component, found, scanset, registered)
+            try:
+                said = _write(each, below, component, found, scanset, registered)
+            except PluginError as error:  # the other formats are not at fault
+                failed.setdefault(each.name, error)
+                continue
             remarks += [f"{each.name}: {remark}" for remark in said]
+    if failed:
+        first = next(iter(failed.values()))
+        others = [each.name for each in formats if each.name not in failed]
+        raise PluginError(f"{first}; written: {few(others) if others else 'nothing'}") from first
     return list(dict.fromkeys(remarks))
 
 

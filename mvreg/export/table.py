@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from difflib import get_close_matches
+from functools import cache
 
 from mvreg.errors import InputError
 from mvreg.export import points
+from mvreg.export.brought import collect_exports
 from mvreg.export.e57_poses import write_e57_poses
 from mvreg.export.formats import Format, PointFormat, PoseFormat
 from mvreg.export.poses import cameras, matrices, posegraph, trajectories
 from mvreg.export.ptx import write_ptx
 from mvreg.io.e57_write import require_pye57
+from mvreg.plugins import manager
 
 #: In the order in which they are listed.
 FORMATS: tuple[Format, ...] = (
@@ -54,6 +58,18 @@ BY_NAME: dict[str, Format] = {each.name: each for each in FORMATS}
 BY_NAME["4x4"] = BY_NAME["matrices"]
 
 
+@cache
+def formats() -> dict[str, Format]:
+    """Every format by name, those of plugins last.
+
+    Raises
+    ------
+    PluginError
+        If a plugin is broken, or what it returns are no formats.
+    """
+    return BY_NAME | collect_exports(manager.current(), BY_NAME)
+
+
 def formats_of(names: Iterable[str]) -> list[Format]:
     """The formats of some names, none twice.
 
@@ -65,10 +81,12 @@ def formats_of(names: Iterable[str]) -> list[Format]:
     """
     found: dict[str, Format] = {}
     for name in names:
-        each = BY_NAME.get(str(name).lower())
+        each = formats().get(str(name).lower())
         if each is None:
+            near = get_close_matches(str(name).lower(), formats(), n=1)
+            hint = f"did you mean {near[0]}? " if near else ""
             raise InputError(
-                f"export: there is no format {str(name)!r}; formats: {', '.join(BY_NAME)}"
+                f"export: there is no format {str(name)!r}; {hint}formats: {', '.join(formats())}"
             )
         if isinstance(each, PointFormat) and each.require is not None:
             each.require()
@@ -78,8 +96,8 @@ def formats_of(names: Iterable[str]) -> list[Format]:
 
 def listing() -> str:
     """A table of the formats as text."""
-    widths = [max(len(getattr(each, key)) for each in FORMATS) for key in ("name", "files")]
+    every = {each.name: each for each in formats().values()}.values()
+    widths = [max(len(getattr(each, key)) for each in every) for key in ("name", "files")]
     return "".join(
-        f"  {each.name:<{widths[0]}}  {each.files:<{widths[1]}}  {each.summary}\n"
-        for each in FORMATS
+        f"  {each.name:<{widths[0]}}  {each.files:<{widths[1]}}  {each.summary}\n" for each in every
     )

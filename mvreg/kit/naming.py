@@ -10,13 +10,14 @@ from importlib.util import find_spec
 from mvreg.config.presets import choices
 from mvreg.contracts import KINDS
 from mvreg.errors import InputError
+from mvreg.export import table
 from mvreg.plugins import manager
 
 #: What a plugin may bring beside a stage.
-BESIDES = ("reader", "observer")
+BESIDES = ("reader", "exporter", "observer")
 #: What people call kinds of ours, and what is meant.
 MEANT = {
-    "format": "reader", "exporter": "observer", "export": "observer", "logger": "observer",
+    "format": "reader", "export": "exporter", "writer": "exporter", "logger": "observer",
     "scans": "dataset", "data": "dataset", "icp": "refine", "descriptor": "describe",
     "matcher": "seed", "registration": "strategy", "filter": "downsample",
 }  # fmt: skip
@@ -111,6 +112,8 @@ def refuse_taken(naming: Naming) -> None:
             f"{manager.formats()[f'.{naming.name}'].name}; choose another name, then change the "
             "suffix of your format if it is to take their place"
         )
+    if naming.kind == "exporter" and naming.name in table.formats():
+        raise InputError(f"there is an export format {naming.name!r} already; choose another name")
     in_use = manager.current()
     if in_use.has_plugin(naming.name):
         raise InputError(

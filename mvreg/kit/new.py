@@ -24,7 +24,7 @@ def new_plugin(name: str, kind: str, where: Path) -> tuple[Path, list[str]]:
     name : str
         Small letters, digits and underscores: of the stage and the entry point.
     kind : str
-        A kind of stage, ``reader`` or ``observer``.
+        A kind of stage, ``reader``, ``exporter`` or ``observer``.
     where : Path
         The folder that gets it; is made if it is missing.
 

@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any
 
+from mvreg import testing
 from mvreg.errors import PluginError
 from mvreg.kit.outcomes import Outcome, Status, Subject
 from mvreg.plugins.registry import REQUIRED, Registered
 from mvreg.testing import SUITES
+
+#: The test without which those that look into the answers say nothing of the stage.
+FORM = "test_it_answers_in_the_right_form"
+FORMLESS = "cannot be asked of answers that are not in the right form"
+#: An error that came out of the suite's own code, where it looks into an answer.
+IN_THE_SUITE = re.compile(rf" at {re.escape(str(Path(testing.__file__).parent))}\S+:\d+(;|$)")
 
 
 def check_stage(entry: Registered, suites: Mapping[str, type]) -> Iterator[Outcome]:
@@ -29,8 +38,13 @@ def check_stage(entry: Registered, suites: Mapping[str, type]) -> Iterator[Outco
         yield outcome
         return
     (suite,) = made
+    formless = False
     for name in tests_of(type(suite)):
-        yield subject.asked(in_words(name), getattr(suite, name), entry.cls)
+        found = subject.asked(in_words(name), getattr(suite, name), entry.cls)
+        if formless and found.status is Status.failed and IN_THE_SUITE.search(found.text):
+            found = subject.outcome(found.check, Status.skipped, FORMLESS)
+        yield found
+        formless |= name == FORM and found.status is Status.failed
 
 
 def suite_of(entry: Registered, suites: Mapping[str, type]) -> type:

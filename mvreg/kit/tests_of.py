@@ -53,18 +53,27 @@ def test_the_preset_has_more_points():
 """
 
 READER = '''\
-"""Is the format read, and is a damaged file refused?"""
+"""Does the format keep its contract, is it read, and is a damaged file refused?"""
 
 import numpy as np
 import pytest
+from {package}.reader import {upper}
 
 import mvreg
+from mvreg.testing import ReaderContract
 
 
 def write(path, points, intensity):
     rows = np.column_stack([points, intensity]).tolist()
     lines = [f"{name} {{len(rows)}}", *(" ".join(map(repr, row)) for row in rows)]
     path.write_text("\\n".join(lines) + "\\n")
+
+
+class Test{camel}(ReaderContract):
+    format = {upper}
+
+    def write(self, path, points):
+        write(path, points, np.arange(len(points)))
 
 
 def test_a_folder_of_such_files_is_read(tmp_path):
@@ -92,6 +101,33 @@ def test_a_damaged_file_is_refused_in_words(tmp_path, text, said):
         (tmp_path / f"{{number}}.{name}").write_text(text)
     with pytest.raises(mvreg.InputError, match=said):
         mvreg.dataset("folder", path=str(tmp_path))
+'''
+
+EXPORTER = '''\
+"""Does the format keep its contract, and does a run write it?"""
+
+import subprocess
+import sys
+
+from {package}.exporter import {upper}, read_{name}
+
+from mvreg.testing import ExportContract
+
+
+class Test{camel}(ExportContract):
+    format = {upper}
+
+
+def test_a_run_writes_it(tmp_path):
+    words = ["dataset=tiny", "dataset.views=3", "+method=fcpma", "store=false", "rerun=false",
+             "report=false", "export=[{name}]", f"hydra.run.dir={{tmp_path / 'run'}}"]  # fmt: skip
+    done = subprocess.run(
+        [sys.executable, "-m", "mvreg", *words], cwd=tmp_path, capture_output=True, text=True,
+        check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    poses = read_{name}(tmp_path / "run" / "export")
+    assert sorted(poses) == ["tiny_00", "tiny_01", "tiny_02"]
 '''
 
 OBSERVER = '''\
@@ -127,8 +163,11 @@ def test_a_run_leaves_a_row_per_scan(tmp_path):
 def tests_of(naming: Naming) -> str:
     """``tests/test_NAME.py``."""
     words = {"name": naming.name, "package": naming.package, "kind": naming.kind}
+    names = {"upper": naming.words["NAMELESS"], "camel": naming.words["Nameless"]}
     if naming.kind == "reader":
-        return READER.format(**words)
+        return READER.format(**words, **names)
+    if naming.kind == "exporter":
+        return EXPORTER.format(**words, **names)
     if naming.kind == "observer":
         return OBSERVER.format(**words)
     contract = f"{KINDS[naming.kind].__name__}Contract"

@@ -18,6 +18,8 @@ def what_it_is(naming: Naming) -> str:
     match naming.kind:
         case "reader":
             return f"the file format .{naming.name}"
+        case "exporter":
+            return f"the export format {naming.name}"
         case "observer":
             return "an observer of runs"
         case "dataset":
@@ -78,6 +80,23 @@ def mvreg_formats() -> list[Format]:
 
     return [NAMELESS]
 """)
+    if naming.kind == "exporter":
+        return head + naming.filled(f"""\
+from typing import TYPE_CHECKING
+
+import mvreg
+
+if TYPE_CHECKING:
+    from mvreg.export import PoseFormat
+
+
+@mvreg.hookimpl
+def mvreg_exports() -> list[PoseFormat]:
+    \"\"\"Return the formats that runs can be exported to.\"\"\"
+    from {package}.exporter import NAMELESS
+
+    return [NAMELESS]
+""")
     if naming.kind == "observer":
         return head + naming.filled(f"""\
 import mvreg
@@ -135,6 +154,9 @@ def readme(naming: Naming, module: str) -> str:
     use = {
         "dataset": f"mvreg dataset={name}\nmvreg dataset={name}_dense",
         "reader": "mvreg look FOLDER\nmvreg dataset=folder dataset.path=FOLDER",
+        "exporter": (
+            f"mvreg dataset=tiny 'export=[{name}]'\nmvreg export runs/tiny/auto/latest {name}"
+        ),
         "observer": "mvreg dataset=tiny",
         # The default method pools the evidence of pairs, which only judge=evidence can.
         "judge": f"mvreg +method={name} dataset=tiny",
@@ -145,7 +167,13 @@ def readme(naming: Naming, module: str) -> str:
         f"`mvreg.contracts.{KINDS[naming.kind].__name__}` says what the stage must do, and\n"
         f"`mvreg.testing.{KINDS[naming.kind].__name__}Contract` tests it."
         if naming.kind in KINDS
-        else "`mvreg/plugins/hookspecs.py` says what the hook must do."
+        else {
+            "reader": "`mvreg.io.Format` says\nwhat the hook returns, and "
+            "`mvreg.testing.ReaderContract` tests it.",
+            "exporter": "`mvreg.export.PoseFormat` and\n`mvreg.export.PointFormat` say what "
+            "the hook returns, and `mvreg.testing.ExportContract` tests it.",
+            "observer": "`mvreg.events` has the\nevents that the hook is told.",
+        }[naming.kind]
     )
     return f"""\
 # {naming.distribution}

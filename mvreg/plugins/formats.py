@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import inspect
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from mvreg.errors import PluginError
-from mvreg.io.formats import FORMATS, Format, by_suffix
+from mvreg.errors import MvregError, PluginError
+from mvreg.io.cloud import PointCloud
+from mvreg.io.formats import FORMATS, Format, ReadOptions, by_suffix
+from mvreg.plugins.traced import raised
+from mvreg.types.checks import shown
 
 if TYPE_CHECKING:
     from mvreg.plugins.pluggy_manager import Manager
@@ -24,7 +31,7 @@ def collect_formats(manager: Manager) -> dict[str, Format]:
     for answer in manager.answers("mvreg_formats", taken_as=list):
         who = answer.who
         for each in answer.value:
-            known = check(each, who)
+            known = replace(check(each, who), read=Guarded(each, who))
             for suffix in known.suffixes:
                 if suffix in owners:
                     raise PluginError(
@@ -48,4 +55,49 @@ def check(each: object, who: str) -> Format:
             f"{who}: format {each.name!r}: expected suffixes in lower case with a point, such as "
             f"'.ptx'; got {bad or 'none'}"
         )
+    try:
+        inspect.signature(each.read).bind("path", "options")
+    except (TypeError, ValueError):
+        raise PluginError(
+            f"{who}: format {each.name!r}: expected read(path, options), got {each.read!r}; change "
+            "its parameters"
+        ) from None
     return each
+
+
+@dataclass(frozen=True)
+class Guarded:
+    """The reader of a plugin's format, whose failures name the plugin."""
+
+    format: Format
+    who: str
+
+    def __call__(self, path: Path, options: ReadOptions) -> Iterator[PointCloud]:
+        """The scans of a file.
+
+        Raises
+        ------
+        PluginError
+            If the reader fails other than by mvreg's errors, those of files and of memory, or what
+            it returns are no clouds.
+        """
+        read = self.format.read
+        try:
+            answer: Any = read(path, options)
+            if isinstance(answer, PointCloud):
+                raise self.error(path, "got one PointCloud; return it in a tuple")
+            for cloud in answer:
+                if not isinstance(cloud, PointCloud):
+                    raise self.error(path, f"got {shown(answer)}")
+                yield cloud
+        except (MvregError, OSError, MemoryError, OverflowError):
+            raise
+        except Exception as cause:
+            raise self.error(path, raised(cause, read, __file__)) from cause
+
+    def error(self, path: Path, came: str) -> PluginError:
+        """The error to raise: the file, whose format it is, what was expected and what came."""
+        return PluginError(
+            f"{path}: format {self.format.name!r} ({self.who}): expected read(path, options) -> "
+            f"sequence of mvreg.io.PointCloud, or mvreg.InputError for a damaged file; {came}"
+        )

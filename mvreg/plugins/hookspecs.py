@@ -1,11 +1,11 @@
-"""The five hooks that a plugin may implement, all optional.
+"""The six hooks that a plugin may implement, all optional.
 
 A plugin is any object, usually a module, named by an entry point in the group ``mvreg``.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pluggy
 
@@ -34,11 +34,21 @@ def mvreg_formats() -> list[Format]:  # type: ignore[empty-body]
 
 
 @hookspec
+def mvreg_exports() -> list[Any]:  # type: ignore[empty-body]
+    """Return formats that ``mvreg export`` writes, `mvreg.export.PoseFormat` or `PointFormat`.
+
+    Their names have to be new ones: no format of mvreg is replaced.
+    """
+
+
+@hookspec
 def mvreg_suites() -> dict[str, type]:  # type: ignore[empty-body]
-    """Return contract suites of `mvreg.testing` for stages that the plain one does not suit.
+    """Return contract suites of `mvreg.testing` for what the plain one does not suit.
 
     By their keys, ``{"describe/fpfh": FpfhSuite}``: subclasses that give a `stage` with other
-    parameters than the defaults, or waive something. ``mvreg plugins check`` runs them.
+    parameters than the defaults, or waive something. ``mvreg plugins check`` runs them. That of a
+    format of `mvreg_exports` has the key ``export/NAME``, of one of `mvreg_formats`
+    ``reader/NAME``; it gives the `format`.
     """
 
 

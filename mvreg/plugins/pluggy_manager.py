@@ -17,7 +17,10 @@ from mvreg.plugins import hookspecs
 GROUP = "mvreg"
 #: Where plugins come from that no distribution brought, such as the observers of a run.
 HERE = "this process"
-HOOKS = ("mvreg_stages", "mvreg_config_path", "mvreg_formats", "mvreg_suites", "mvreg_event")
+HOOKS = (
+    "mvreg_stages", "mvreg_config_path", "mvreg_formats", "mvreg_exports", "mvreg_suites",
+    "mvreg_event",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

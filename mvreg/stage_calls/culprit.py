@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import inspect
-import traceback
 from pathlib import Path
 from typing import Any
 
 from mvreg.contracts import KINDS, JointJudge, ScreeningJudge
 from mvreg.errors import InputError, MvregError, StageError
-from mvreg.plugins import manager
+from mvreg.plugins import manager, traced
 from mvreg.plugins.registry import Registered
 
 #: What is not a stage's code, though a stage calls it: observers and those who wait for events.
@@ -99,17 +98,7 @@ def signature(kind: str, method: str) -> str:
 
 def raised(error: Exception, culprit: Any) -> str:
     """What a stage raised, and where: in the stage's own file if the error came through it."""
-    here = str(Path(__file__).parent)
-    steps = traceback.extract_tb(error.__traceback__)
-    frames = [frame for frame in steps if not frame.filename.startswith(here)]
-    try:
-        own = inspect.getsourcefile(culprit)
-    except TypeError:  # neither a class nor a function
-        own = None
-    chosen = [frame for frame in frames if frame.filename == own] or frames
-    where = f" at {chosen[-1].filename}:{chosen[-1].lineno}" if chosen else f" calling {own}"
-    text = " ".join(str(error).split())
-    return f"got {type(error).__name__}: {text}{where}"
+    return traced.raised(error, culprit, str(Path(__file__).parent))
 
 
 def is_observers(error: Exception) -> bool:

@@ -22,8 +22,10 @@ from mvreg.testing.core import SUITES
 from mvreg.testing.dataset import DatasetContract
 from mvreg.testing.describe import DescribeContract
 from mvreg.testing.downsample import DownsampleContract
+from mvreg.testing.export import ExportContract
 from mvreg.testing.judge import JudgeContract
 from mvreg.testing.propagate import PropagateContract
+from mvreg.testing.reader import ReaderContract
 from mvreg.testing.refine import RefineContract
 from mvreg.testing.scans import blob_scan, blob_scans, plane_scans
 from mvreg.testing.seed import SeedContract
@@ -37,8 +39,10 @@ __all__ = [
     "DatasetContract",
     "DescribeContract",
     "DownsampleContract",
+    "ExportContract",
     "JudgeContract",
     "PropagateContract",
+    "ReaderContract",
     "RefineContract",
     "SeedContract",
     "StageContract",

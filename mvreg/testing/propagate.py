@@ -35,7 +35,12 @@ from mvreg.types import Array, Candidates, Matches, View
 
 
 class PropagateContract(StageContract):
-    """The true pose is among the candidates, whatever frames the views are in."""
+    """The true pose is among the candidates, whatever frames the views are in.
+
+    Seeds are `seed=nearest`'s. Few of them are right, as in a run: of the 56 between the two views
+    that overlap two are within 1.5 spacings. A stage that only has them vote finds nothing; what is
+    right has to be spread over other keypoints, or tried on all.
+    """
 
     stage: contracts.Propagate
     kind = "propagate"
@@ -81,24 +86,36 @@ class PropagateContract(StageContract):
             sizes = (len(view.features.keypoints) for view in (source, target))
             assert_indices(matches, *sizes)
 
-    def close(self, answer: Candidates, truth: Array, view: View) -> bool:
-        """Whether one of the candidates is near the truth."""
+    def errors(self, answer: Candidates, truth: Array, view: View) -> tuple[Array, Array]:
+        """How far candidates are from the truth: degrees (C,), and spacings (C,) at the middle."""
         angles = np.rad2deg(se3.rotation_angle(answer.poses, truth))
         centre = view.points.mean(axis=0)
-        shifts = np.linalg.norm(
-            [se3.apply(pose, centre) - se3.apply(truth, centre) for pose in answer.poses], axis=1
-        )
-        near = (angles < self.max_angle) & (shifts < self.max_shift * view.scale.spacing)
-        return bool(near.any())
+        moved = np.array([se3.apply(pose, centre) for pose in answer.poses]).reshape(-1, 3)
+        shifts = np.linalg.norm(moved - se3.apply(truth, centre), axis=1)
+        return angles, shifts / view.scale.spacing
 
     def near(self, answer: Candidates, truth: Array, view: View) -> None:
         """Raise AssertionError unless one of the candidates is near the truth."""
+        angles, shifts = self.errors(answer, truth, view)
+        came = "no candidate"
+        if len(answer):
+            best = int(np.argmin(np.maximum(angles / self.max_angle, shifts / self.max_shift)))
+            came = (
+                f"{len(answer)} candidates, the nearest, number {best + 1}, off by "
+                f"{angles[best]:.3g} degrees and {shifts[best]:.3g} spacings"
+            )
         expect(
-            self.close(answer, truth, view),
+            ((angles < self.max_angle) & (shifts < self.max_shift)).any(),
             f"a candidate within {self.max_angle:g} degrees and {self.max_shift:g} spacings of the "
             "true pose",
-            f"{len(answer)} candidates, none of them",
+            came,
         )
+
+    def first(self, answer: Candidates) -> Array:
+        """The best candidate's pose (4, 4)."""
+        expect(len(answer), "a candidate for views that overlap", "none")
+        pose: Array = answer.poses[0]
+        return pose
 
     def test_views_that_overlap_are_found(self) -> None:
         pair = overlap()
@@ -123,11 +140,11 @@ class PropagateContract(StageContract):
     def test_poses_move_with_the_views(self) -> None:
         pair = overlap()
         seeds = self.seeds(pair.source, pair.target)
-        old = self.call(pair.source, pair.target, seeds).poses[0]
+        old = self.first(self.call(pair.source, pair.target, seeds))
         for first, second in [(AXES_SWAPPED, np.eye(4)), (np.eye(4), AXES_SWAPPED),
                               (MOTION, se3.invert(MOTION))]:  # fmt: skip
             source, target = moved_view(pair.source, first), moved_view(pair.target, second)
-            new = self.call(source, target, seeds).poses[0]
+            new = self.first(self.call(source, target, seeds))
             expected = second @ old @ se3.invert(first)
             limit = self.tolerance * source.scale.spacing
             below(

@@ -4,9 +4,10 @@ import pytest
 import yaml
 from fake_plugins import use
 
+from mvreg.cli.main import COMMANDS, main
 from mvreg.config import compose
 from mvreg.config.known_plugins import BROUGHT_BY
-from mvreg.config.messages import no_such_choice
+from mvreg.config.messages import WORDS, no_such_choice
 from mvreg.errors import InputError
 from mvreg.plugins import manager
 
@@ -40,3 +41,34 @@ def test_what_is_said_of_the_plugins_is_so():
             assert yaml.safe_load(presets.read_text())["method"] == address.partition("/")[2]
         elif address in manager.stages():
             assert manager.stages()[address].origin.startswith(package)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["my scans"], "cannot read 'my scans': it is a folder; mvreg dataset=folder 'dataset.path="
+         "my scans' registers the scans in it, mvreg look 'my scans' shows"),
+        (["dataset=my scans"], "dataset=my scans is no data set: it is a folder; mvreg "),
+        (["dataset=./here"], "dataset.path=./here registers the scans in it"),
+        (["dataset=nowhere"], "dataset=nowhere is not registered; options: "),
+        (["loook"], "cannot read 'loook'; did you mean mvreg look? expected KEY=VALUE"),
+        (["dataset=folder", "path=here"], "path does not exist; did you mean dataset.path? keys: "),
+        (["top_fraction=0.3"], "did you mean seed.top_fraction? keys: "),
+        (["dataset=folder", "dataset.path=here", "dataset.fixed=a.ply"],
+         "dataset.fixed: expected a list in brackets: 'dataset.fixed=[FIRST,SECOND]'"),
+        (["dataset=tiny", "export=[cloudcompar]"],
+         "there is no format 'cloudcompar'; did you mean cloudcompare? formats: "),
+    ],
+)  # fmt: skip
+def test_what_a_beginner_types_is_answered_with_what_to_type(
+    words, said, tmp_path, monkeypatch, capsys
+):
+    (tmp_path / "my scans").mkdir()
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path)
+    assert main([*words, "store=false"]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_every_command_is_among_the_words_that_can_stand_first():
+    assert set(WORDS) == set(COMMANDS)

@@ -22,7 +22,7 @@ from mvreg.stages.refine.trimmed import ICP, TrimmedICP
 from mvreg.stages.seed.nearest import NearestSeed
 from mvreg.stages.strategy.grow import GrowStrategy
 from mvreg.surface.normals import Orient
-from mvreg.testing import SUITES
+from mvreg.testing import SUITES, overlap
 from mvreg.types import Candidates, Features, Matches, Sample, Scan, ScanSet, Verdict
 
 FORM = "test_it_answers_in_the_right_form"
@@ -341,3 +341,19 @@ def test_it_is_caught(kind: str, cls: type, test: str, waived: Any) -> None:
 
 def test_every_suite_catches_something() -> None:
     assert {param.values[0] for param in BAD} == set(SUITES)
+
+
+def test_candidates_that_are_off_are_measured_in_words():
+    suite = SUITES["propagate"]()
+    suite.stage = ConsensusPropagate()
+    truth = overlap().T_target_source
+    turned = truth @ se3.exp(np.array([0, 0, 0.5, 0, 0, 0]))
+    far = Candidates(np.stack([np.eye(4), turned]), np.zeros(2), (np.empty((0, 2), dtype=int),) * 2)
+    with pytest.raises(AssertionError, match="2 candidates, the nearest, number 2, off by 28"):
+        suite.near(far, truth, overlap().source)
+    with pytest.raises(AssertionError, match=r"true pose; got no candidate$"):
+        suite.near(Candidates.none(), truth, overlap().source)
+    with pytest.raises(
+        AssertionError, match="expected a candidate for views that overlap; got none"
+    ):
+        suite.first(Candidates.none())

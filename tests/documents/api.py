@@ -11,7 +11,7 @@ PAGE = ROOT / "mvreg" / "API.md"
 PUBLIC = (
     "mvreg", "mvreg.types", "mvreg.contracts", "mvreg.errors", "mvreg.events", "mvreg.geometry",
     "mvreg.geometry.se3", "mvreg.geometry.nearest", "mvreg.surface", "mvreg.stages",
-    "mvreg.io", "mvreg.execution", "mvreg.tbb", "mvreg.testing",
+    "mvreg.io", "mvreg.export", "mvreg.execution", "mvreg.tbb", "mvreg.testing",
 )  # fmt: skip
 #: What has no docstring of its own.
 VALUES = {

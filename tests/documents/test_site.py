@@ -59,6 +59,18 @@ def test_stages_and_commands_are_those_of_the_program(site):
     assert all(f"mvreg {name}" in commands for name in COMMANDS)
 
 
+def test_contracts_say_how_a_stage_is_called(site):
+    from mvreg.contracts import KINDS
+
+    page = (site / "reference/api/mvreg.contracts.html").read_text()
+    text = " ".join(re.sub(r"<[^>]+>", " ", page).split())
+    assert page.count('.__call__"') >= len(KINDS)
+    assert "Return seed matches, by ascending distance" in text
+    assert "( * args" not in text and "*args" not in text
+    everything = [file.read_text() for file in site.glob("reference/api/*.html")]
+    assert not [text for text in everything if "&lt;factory&gt;" in text]
+
+
 def test_formulas_need_no_script(site):
     assert "<math" in (site / "method/search.html").read_text()
     script = re.compile(r"<script[^>]*mathjax", re.IGNORECASE)
@@ -83,6 +95,10 @@ def test_links_lead_to_pages_or_name_files(monkeypatch):
     shown = layout.for_the_site(text + code, "docs/start.md")
     assert shown == (
         "[g](reference/glossary.md#x) e (`mvreg/evidence`) ![r](pictures/report.png)\n" + code
+    )
+    section = "[c](../mvreg/API.md#mvregcontracts) [p](../mvreg/API.md#what-is-public)"
+    assert layout.for_the_site(section, "docs/start.md") == (
+        "[c](reference/api/mvreg.contracts.md) [p](reference/api/index.md#what-is-public)"
     )
     with pytest.raises(FileNotFoundError, match=r"nothing\.md"):
         layout.for_the_site("[a](nothing.md)", "docs/start.md")

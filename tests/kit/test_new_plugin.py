@@ -104,8 +104,9 @@ def test_nothing_is_overwritten(tmp_path):
         ("mvreg", "seed", "a plugin of mvreg .* is called 'mvreg' already; choose another"),
         ("ply", "reader", "files ending in .ply are read already, as PLY; choose another name"),
         ("mine", "seeds", "'seeds' is not a kind of plugin: expected one of .*mean 'seed'"),
-        ("mine", "exporter", "did you mean 'observer'"),
-        ("mine", "nonsense", "expected one of dataset, .*, reader, observer$"),
+        ("ply", "exporter", "there is an export format 'ply' already; choose another name"),
+        ("mine", "export", "did you mean 'exporter'"),
+        ("mine", "nonsense", "expected one of dataset, .*, reader, exporter, observer$"),
     ],
 )
 def test_what_cannot_be_a_name_or_a_kind_is_refused_in_words(name, kind, said, tmp_path):

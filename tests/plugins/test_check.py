@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from fake_plugins import install, mvreg
+from fake_plugins import install, mvreg, write_metadata
 
 from mvreg.cli.checking import findings, table
 from mvreg.kit.check import check_plugins
@@ -120,6 +120,10 @@ def test_what_is_wrong_is_said_of_every_stage(packages, name):
         r"the plugin .*: its suites are of its stages\n    expected keys .*; got seed/other",
     ):
         assert re.search(rf"failed: {wanted}", said), f"{wanted}\n{said}"
+    assert re.search(
+        r"skipped: seed=alist .*\n    cannot be asked of answers that are not in t", said
+    )
+    assert not re.search(r"seed=alist .*\n.* at \S+testing", said)  # later looks into the list
     assert "Traceback" not in said + done.stderr
     assert "good" not in said
 
@@ -144,6 +148,55 @@ def test_a_plugin_that_cannot_be_loaded_hides_no_other(packages):
     assert done.returncode == 2
     assert "expected a plugin, a distribution or a stage as kind=name, got 'nobody'" in done.stderr
     assert "good (dist-good)" in done.stderr and "gone (dist-gone)" in done.stderr
+
+
+CLASH = (
+    HEAD
+    + """
+@dataclass(frozen=True)
+class Again(NearestSeed):
+    '''A key that mvreg has.'''
+
+def mvreg_stages():
+    return {"seed/nearest": Again}
+"""
+)
+
+
+def test_a_clash_with_another_plugin_is_found_by_the_check_of_one(packages):
+    install(packages, "clash", CLASH)
+    done = mvreg("plugins", "check", "clash", packages=packages, cwd=packages)
+    assert done.returncode == 1
+    assert "failed: all plugins (plugin 'all', together): they go with each other" in done.stdout
+    assert "'seed/nearest' is registered twice: by plugin" in done.stdout
+    assert mvreg("plugins", "check", "seed=fine", packages=packages, cwd=packages).returncode == 0
+
+
+def test_a_name_that_two_plugins_have_is_found_by_the_check_of_one(packages):
+    (packages / "other.py").write_text(GOOD.replace("seed/", "seed/other_"))
+    write_metadata(packages, "dist-other", "0.4", {"good": "other"})
+    done = mvreg("plugins", "check", "dist-other", packages=packages, cwd=packages)
+    assert done.returncode == 1
+    assert "two plugins are called 'good': one of dist-" in done.stdout
+
+
+def test_a_plugin_that_brings_nothing_is_said_to(packages):
+    install(packages, "empty", "def mvreg_stages():\n    return {}\n")
+    done = mvreg("plugins", "check", "empty", packages=packages, cwd=packages)
+    assert done.returncode == 1
+    assert "it brings something\n    expected mvreg_stages to return something" in done.stdout
+
+
+def test_a_distribution_without_an_entry_point_is_told_what_it_lacks(packages):
+    (packages / "bare.py").write_text(GOOD)
+    write_metadata(packages, "mvreg-bare", "0.5", {})
+    for name in ("bare", "mvreg-bare"):
+        done = mvreg("plugins", "check", name, packages=packages, cwd=packages)
+        assert done.returncode == 2
+        assert (
+            "; mvreg-bare 0.5 is installed, but has no entry point in the group 'mvreg': write "
+            "[project.entry-points.mvreg] in its pyproject.toml and install it again; plugins: "
+        ) in done.stderr
 
 
 def test_mvregs_own_stages_are_checked_if_asked():

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mvreg.errors import PluginError
+from mvreg.errors import InputError, PluginError
 from mvreg.io import Format, PointCloud, read_clouds
 from mvreg.io.formats import FORMATS, single
 from mvreg.plugins.formats import collect_formats
@@ -33,7 +33,7 @@ def test_that_a_plugins_format_is_read_beside_ours(tmp_path):
 
 def test_that_a_plugins_format_replaces_ours():
     other = Format("other", (".ply",), FORMAT.read)
-    assert collect_formats(manager(other=lambda: [other]))[".ply"] is other
+    assert collect_formats(manager(other=lambda: [other]))[".ply"].name == "other"
 
 
 @pytest.mark.parametrize(
@@ -43,6 +43,11 @@ def test_that_a_plugins_format_replaces_ours():
         (lambda: ["PTX"], "'odd' .*mvreg.io.Format, got str"),
         (lambda: [Format("odd", ("ptx",), FORMAT.read)], r"'odd' .*such as '.ptx'; got \['ptx'\]"),
         (lambda: [Format("odd", (), FORMAT.read)], "'odd' .*got none"),
+        (
+            lambda: [Format("odd", (".odd",), lambda path: [])],
+            r"expected read\(path, options\), got",
+        ),
+        (lambda: [Format("odd", (".odd",), None)], "got None; change its parameters"),
     ],
 )
 def test_that_what_is_no_format_is_refused_by_name(given, said):
@@ -53,3 +58,36 @@ def test_that_what_is_no_format_is_refused_by_name(given, said):
 def test_that_two_plugins_with_one_suffix_are_named():
     with pytest.raises(PluginError, match=r"'.ours' is registered twice: .*'a'.*'b'|'b'.*'a'"):
         collect_formats(manager(a=lambda: [FORMAT], b=lambda: [FORMAT]))
+
+
+CLOUD = PointCloud(np.ones((2, 3)))
+
+
+@pytest.mark.parametrize(
+    ("read", "said"),
+    [
+        (lambda *_: CLOUD, "got one PointCloud; return it in a tuple$"),
+        (lambda *_: np.ones((2, 3)), r"got an array \(2, 3\) of float64$"),
+        (lambda *_: None, "got TypeError: 'NoneType' object is not iterable"),
+        (lambda *_: [1 / 0], r"got ZeroDivisionError: division by zero at .*test_formats.py:\d+$"),
+        (lambda *_: (CLOUD if n == 0 else n // 0 for n in range(2)), "got ZeroDivisionError"),
+    ],
+)
+def test_that_a_failing_reader_names_its_plugin_and_the_file(read, said, tmp_path):
+    formats = collect_formats(manager(odd=lambda: [Format("Odd", (".odd",), read)]))
+    (tmp_path / "a.odd").touch()
+    head = (
+        r"a.odd: format 'Odd' \(plugin 'odd' \(dist-odd 1.0\)\): expected read\(path, options\) -"
+    )
+    with pytest.raises(PluginError, match=f"{head}.*{said}"):
+        read_clouds(tmp_path / "a.odd", formats=formats)
+
+
+def test_that_a_damaged_file_is_told_as_the_reader_says(tmp_path):
+    def read(path, options):
+        raise InputError(f"{path}: damaged")
+
+    formats = collect_formats(manager(odd=lambda: [Format("Odd", (".odd",), read)]))
+    (tmp_path / "a.odd").touch()
+    with pytest.raises(InputError, match=r"a\.odd: damaged$"):
+        read_clouds(tmp_path / "a.odd", formats=formats)

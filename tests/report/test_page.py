@@ -12,6 +12,7 @@ import pytest
 
 import mvreg
 from mvreg.cli import main as cli
+from mvreg.evidence.pooled import CONSISTENT
 from mvreg.geometry import se3
 from mvreg.report.build import build_report
 from mvreg.report.page import words
@@ -335,6 +336,12 @@ def test_the_verdict_in_words():
     assert "Do not use the poses of b" in steps and "Several poses of c fit" in steps
     assert [row["name"] for row in sorted(rows, key=words.importance)] == ["c", "b", "a"]
     assert words.doubt(rows[2]) == "2 attempts; the closest: turned"
+    sure = {"status": "placed", "assessment": {"grade": "green", "reason": CONSISTENT}}
+    assert words.doubt(sure) == CONSISTENT
+    sure["assessment"]["reason"] = "normals disagree"
+    assert words.doubt(sure) == "certain in spite of an objection: normals disagree"
+    sure["assessment"]["grade"] = "amber"
+    assert words.doubt(sure) == "normals disagree"
     alone = {**report, "poses": {"a": 0}, "components": []}
     assert words.verdict(alone).startswith("No two of the 3 scans are placed together")
     assert words.doubt({"status": "not placed"}, running=True) == "not tried yet"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from mvreg.evidence.pooled import CONSISTENT
 from mvreg.report.formatting import count
 
 Report = Mapping[str, Any]
@@ -118,9 +119,12 @@ def doubt(row: Row, running: bool = False) -> str:
     found = row.get("assessment") or {}
     if not found:
         return "alone in its part"
+    said = str(found.get("reason"))
+    if grade(row) == "green" and found.get("reason") not in (None, CONSISTENT):
+        said = f"certain in spite of an objection: {said}"
     if status == "reference":
-        return f"its frame is the model's; {found.get('reason')}"
-    return str(found.get("reason"))
+        return f"its frame is the model's; {said}"
+    return said
 
 
 def importance(row: Row) -> tuple[int, float]:
