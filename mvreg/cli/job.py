@@ -13,6 +13,7 @@ import numpy as np
 
 from mvreg.config.compose import executor_from
 from mvreg.events import Event, RunFinished, RunStarted
+from mvreg.memory import give_back_arrays
 from mvreg.parallel import quick_turns
 from mvreg.plugins import manager
 from mvreg.run import load_scans, method_from, run
@@ -43,6 +44,7 @@ def run_job(config: DictConfig, folder: Path) -> Result:
     from mvreg.report.table import render
 
     quick_turns()
+    give_back_arrays()
     plain: dict[str, Any] = OmegaConf.to_container(config, resolve=True, enum_to_str=True)  # type: ignore[assignment]
     method = method_from(config)
     formats = formats_of(config.export)
