@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mvreg.config.compose import executor_from
-from mvreg.events import Event, RunFinished, RunStarted
-from mvreg.memory import give_back_arrays
+from mvreg.events import AdjustStarted, Event, RunFinished, RunStarted
+from mvreg.memory import give_back_arrays, give_back_holes
 from mvreg.parallel import quick_turns
 from mvreg.plugins import manager
 from mvreg.run import load_scans, method_from, run
@@ -62,6 +62,8 @@ def run_job(config: DictConfig, folder: Path) -> Result:
     def emit(event: Event) -> None:
         recorder.mvreg_event(event)  # not as an observer, which may fail: this is the result
         manager.emit(event)
+        if isinstance(event, RunStarted | AdjustStarted):
+            give_back_holes()
 
     try:
         with manager.observing(console, *extra):
