@@ -135,7 +135,7 @@ class Pipeline:
             found = f"{len(scans)} scan(s)" if len(scans) < 2 else f"{', '.join(twice)} twice"
             raise InputError(f"expected at least two scans with different names, got {found}")
         seconds: dict[str, float] = {}
-        scans = in_threads(without_largest_range, scans)
+        scans = in_threads(_looked_at, scans)
         with timed(seconds, "downsample"):
             samples, spacing = checked("downsample", self.downsample)(scans, rng)
         resolutions = in_threads(lambda sample: mean_spacing(sample.points), samples)
@@ -252,6 +252,13 @@ class Pipeline:
     def place(self, view: View, T_model_scan: Array) -> None:
         """Tell observers of a pose that needs no merging, as in a tree of scans."""
         self.emit(events.ViewPlaced(view.name, T_model_scan))
+
+
+def _looked_at(scan: Scan) -> Scan:
+    """The scan without what stands at the largest range, its spacing known: by one tree."""
+    found = without_largest_range(scan)
+    _ = found.spacing
+    return found
 
 
 def described_key(

@@ -47,10 +47,10 @@ def judge(poses: Path, folder: Path, changes: Sequence[str] = (), out: Path | No
     from mvreg.cli.prepared import prepared
     from mvreg.config.compose import check, compose
     from mvreg.config.overrides import spelled
-    from mvreg.io import read_poses
+    from mvreg.io import read_poses_and_remarks
     from mvreg.report.build import build_report
 
-    known = read_poses(poses)
+    known, rounded = read_poses_and_remarks(poses)
     words = ["dataset=folder", f"dataset.path={spelled(str(folder.resolve()))}", *changes]
     config = compose(words)
     check(config)
@@ -62,7 +62,7 @@ def judge(poses: Path, folder: Path, changes: Sequence[str] = (), out: Path | No
         f"the poses are those of {poses.name}, in the frame of {result.reference}; nothing was "
         "registered"
     )
-    scanset = replace(scanset, remarks=(*scanset.remarks, remark))
+    scanset = replace(scanset, remarks=(*scanset.remarks, *rounded, remark))
     plain: dict[str, Any] = OmegaConf.to_container(config, resolve=True, enum_to_str=True)  # type: ignore[assignment]
     report = build_report(
         scanset, views, result, method=METHOD, rng=config.rng,

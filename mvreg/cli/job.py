@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mvreg.config.compose import executor_from
-from mvreg.events import Event, RunFinished, RunStarted
+from mvreg.events import AdjustStarted, Event, RunFinished, RunStarted
+from mvreg.memory import give_back_arrays, give_back_holes
 from mvreg.parallel import quick_turns
 from mvreg.plugins import manager
 from mvreg.run import load_scans, method_from, run
@@ -43,6 +44,7 @@ def run_job(config: DictConfig, folder: Path) -> Result:
     from mvreg.report.table import render
 
     quick_turns()
+    give_back_arrays()
     plain: dict[str, Any] = OmegaConf.to_container(config, resolve=True, enum_to_str=True)  # type: ignore[assignment]
     method = method_from(config)
     formats = formats_of(config.export)
@@ -60,6 +62,8 @@ def run_job(config: DictConfig, folder: Path) -> Result:
     def emit(event: Event) -> None:
         recorder.mvreg_event(event)  # not as an observer, which may fail: this is the result
         manager.emit(event)
+        if isinstance(event, RunStarted | AdjustStarted):
+            give_back_holes()
 
     try:
         with manager.observing(console, *extra):

@@ -11,6 +11,7 @@ import numpy as np
 
 from mvreg.cli.spelling import quoted_paths
 from mvreg.errors import InputError
+from mvreg.memory import give_back_arrays
 from mvreg.types import Input, ScanSet
 from mvreg.types.figures import significant
 
@@ -32,6 +33,7 @@ def look(arguments: Sequence[str]) -> int:
     if {"-h", "--help"} & set(arguments):
         sys.stdout.write(USAGE)
         return 0
+    give_back_arrays()
     show(loaded(arguments), sys.stdout)
     return 0
 

@@ -10,7 +10,6 @@ import logging
 import os
 import re
 import sys
-import tempfile
 import traceback
 import warnings
 from collections.abc import Callable, Iterator, Sequence
@@ -19,6 +18,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
+from mvreg.cli.codes import add_code, collected_codes, variable
 from mvreg.cli.interrupts import INTERRUPTED, interrupted
 from mvreg.errors import MvregError, StageError
 
@@ -27,9 +27,6 @@ if TYPE_CHECKING:
 
 DONE, NOT_PLACED, WRONG_INPUT, BUG = 0, 3, 2, 1
 SEVERITY = (DONE, NOT_PLACED, WRONG_INPUT, BUG, INTERRUPTED)  # from good to bad
-#: Names the file to which every job of a run adds its exit code; Hydra passes no results back, and
-#: some launchers start processes of their own, which inherit the environment.
-CODES = "MVREG_EXIT_CODES"
 #: The subcommands: functions of their name, in these modules; "_" for "-".
 COMMANDS = {
     "plugins": "mvreg.cli.listing",
@@ -153,37 +150,10 @@ def arguments_for_hydra(words: list[str]) -> Iterator[None]:
         sys.argv = before
 
 
-@contextmanager
-def variable(name: str, value: str) -> Iterator[None]:
-    """Set an environment variable for a while."""
-    before = os.environ.get(name)
-    os.environ[name] = value
-    try:
-        yield
-    finally:
-        del os.environ[name]
-        if before is not None:
-            os.environ[name] = before
-
-
-@contextmanager
-def collected_codes() -> Iterator[list[int]]:
-    """Collect the exit codes of the jobs started inside; the list is filled at the end."""
-    codes: list[int] = []
-    with tempfile.TemporaryDirectory(prefix="mvreg-") as folder:
-        file = Path(folder) / "codes"
-        with variable(CODES, str(file)):
-            yield codes
-        if file.exists():
-            codes += [int(line) for line in file.read_text().split()]
-
-
 def job(config: DictConfig) -> int:
     """One run of a sweep, or the only one; its failure does not end the others."""
     code = guarded(lambda: run(config), debug=bool(config.get("debug")))
-    if file := os.environ.get(CODES):
-        with Path(file).open("a") as codes:  # short appends do not mix
-            codes.write(f"{code}\n")
+    add_code(code)
     if interrupted():  # somebody passed it over: no further job
         raise KeyboardInterrupt
     return code

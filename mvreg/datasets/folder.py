@@ -16,7 +16,7 @@ from mvreg.datasets.inspection import inspect_scans
 from mvreg.datasets.large import MOST_POINTS
 from mvreg.datasets.no_returns import remark_on_zeros
 from mvreg.errors import InputError, few
-from mvreg.io import ReadOptions, read_poses
+from mvreg.io import ReadOptions, read_poses_and_remarks
 from mvreg.io.text import check_columns
 from mvreg.plugins import manager
 from mvreg.types import Array, Input, ScanSet
@@ -106,13 +106,14 @@ class Folder(ScanSource):
         scans = tuple(each.scan for each in read.scans)
         if len(scans) < 2:
             raise InputError(self._toofew(folder, list(formats), listing, read))
-        poses = self._poses(folder, [scan.name for scan in scans]) if self.ground_truth else None
+        poses, rounded = self._poses(folder, [scan.name for scan in scans])
         return ScanSet(
             self.name, scans, self.unit, poses,
             sensors={scan.name: "file" for scan in scans if scan.knows_sensor},
             remarks=(
                 *remark_on_zeros({each.scan.name: each.dropped for each in read.scans}),
                 *remarks_of(read.scans), *remark_on_left_out(read.left_out), *listing.remarks,
+                *rounded,
             ),
             sources={each.scan.name: each.source for each in read.scans},
             initial={each.scan.name: each.initial for each in read.scans
@@ -150,18 +151,23 @@ class Folder(ScanSource):
             f"{deeper}"
         )
 
-    def _poses(self, folder: Path, names: list[str]) -> dict[str, Array]:
+    def _poses(
+        self, folder: Path, names: list[str]
+    ) -> tuple[dict[str, Array] | None, tuple[str, ...]]:
+        """The ground truth, None where there is none, and what is to be said of it."""
+        if not self.ground_truth:
+            return None, ()
         file = home(self.ground_truth)
         if not file.exists() and (folder / file).exists():
             file = folder / file
-        known = read_poses(file)
+        known, remarks = read_poses_and_remarks(file)
         poses = {name: known[name] for name in names if name in known}
         if not poses:
             raise InputError(
                 f"dataset.ground_truth={file}: expected poses of the scans in {folder}, "
                 f"{few(names)}; got poses of {few(list(known))}"
             )
-        return poses
+        return poses, remarks
 
 
 def home(path: str) -> Path:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from mvreg.errors import InputError, few
-from mvreg.io import read_poses
+from mvreg.io import read_poses_and_remarks
 from mvreg.types import Array, Scan, ScanSet
 
 #: Take the poses that the files of the scans have.
@@ -39,25 +39,32 @@ def tell_initial(scans: ScanSet, initial: str, fixed: Sequence[str]) -> ScanSet:
             f"dataset.fixed={list(fixed)}: expected names of scans, {few(names)}; "
             f"got {', '.join(unknown)}"
         )
-    known = _known(scans, initial, names)
-    return replace(scans, scans=tuple(_told(scan, known, fixed) for scan in scans.scans))
+    known, remarks = _known(scans, initial, names)
+    return replace(
+        scans,
+        scans=tuple(_told(scan, known, fixed) for scan in scans.scans),
+        remarks=(*scans.remarks, *remarks),
+    )
 
 
-def _known(scans: ScanSet, initial: str, names: list[str]) -> Mapping[str, Array]:
+def _known(
+    scans: ScanSet, initial: str, names: list[str]
+) -> tuple[Mapping[str, Array], tuple[str, ...]]:
+    """Poses by the scans' names, and what is to be said of them."""
     if initial in ("", FILE):
         if initial and not scans.initial:
             raise InputError(
                 "dataset.initial=file: expected scans with poses in their files, found none; of "
                 "the formats E57 and PTX have them"
             )
-        return scans.initial
-    found = read_poses(initial)
+        return scans.initial, ()
+    found, remarks = read_poses_and_remarks(initial)
     if not set(found) & set(names):
         raise InputError(
             f"dataset.initial={initial}: expected poses of the scans {few(names)}; got poses of "
             f"{few(list(found))}"
         )
-    return found
+    return found, remarks
 
 
 def _told(scan: Scan, known: Mapping[str, Array], fixed: Sequence[str]) -> Scan:

@@ -2,59 +2,84 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 import numpy as np
 
 from mvreg.types import Array, Indices
 
+#: Beside the points wanted so large a share of them is held until some are dropped.
+ROOM = 0.5
+#: Rows are moved so many at a time.
+BLOCK = 1 << 14
 
-@dataclass(eq=False)
+
 class Sample:
     """At most `most` of the points that were added, each as likely as any other.
 
     Each point draws a number, and those with the smallest are kept: the same ones whatever the
-    pieces, and no more than twice as many are held as are wanted.
+    pieces. Hardly more are held than are wanted.
 
     Parameters
     ----------
     most : int
         At least 1.
+
+    Attributes
+    ----------
     count : int
         Points added so far.
     """
 
-    most: int
-    count: int = 0
-    _parts: list[tuple[Array, Array]] = field(default_factory=list)
-    _below: float = np.inf
-
-    def __post_init__(self) -> None:
-        self._rng = np.random.default_rng(self.most)
+    def __init__(self, most: int) -> None:
+        self.most, self.count = most, 0
+        self._rng = np.random.default_rng(most)
+        self._below = np.inf
+        self._points, self._draws = np.empty((0, 3)), np.empty(0)
+        self._held = 0
 
     def add(self, points: Array) -> None:
         """Take notice of more points (N, 3)."""
         draws = self._rng.random(len(points))
         self.count += len(points)
-        low = draws < self._below
-        self._parts.append((points[low], draws[low]))
-        if sum(len(draws) for _, draws in self._parts) > 2 * self.most:
-            self._cut()
+        wanted = np.flatnonzero(draws < self._below)
+        while len(wanted):
+            if self._held == len(self._draws):
+                self._make_room(len(wanted))
+                wanted = wanted[draws[wanted] < self._below]
+            some = wanted[: len(self._draws) - self._held]
+            end = self._held + len(some)
+            self._points[self._held : end] = points[some]
+            self._draws[self._held : end] = draws[some]
+            self._held, wanted = end, wanted[len(some) :]
 
     def points(self) -> Array:
         """The sample (M, 3), in the order in which the points came."""
         self._cut()
-        return self._parts[0][0]
+        return self._points[: self._held].copy()
+
+    def _make_room(self, more: int) -> None:
+        """Take more memory, or drop points that are not wanted where enough of it is taken."""
+        full = self.most + int(ROOM * self.most) + 1
+        if self._held < full:
+            size = min(full, max(self._held + more, 2 * self._held))
+            # In place where the system can: not beside the old ones.
+            self._points.resize((size, 3), refcheck=False)
+            self._draws.resize(size, refcheck=False)
+        else:
+            self._cut()
 
     def _cut(self) -> None:
         """Keep the `most` smallest draws; later ones that are no smaller are not wanted."""
-        points = np.concatenate([np.empty((0, 3)), *(part for part, _ in self._parts)])
-        draws = np.concatenate([np.empty(0), *(part for _, part in self._parts)])
-        if len(draws) > self.most:
-            kept = smallest(draws, self.most)
-            points, draws = points[kept], draws[kept]
-            self._below = float(draws.max())
-        self._parts = [(points, draws)]
+        if self._held <= self.most:
+            return
+        draws = self._draws[: self._held]
+        kept, end = smallest(draws, self.most), 0
+        for first in range(0, len(kept), BLOCK):  # forwards: nothing is overwritten too early
+            some = kept[first : first + BLOCK]
+            end = first + len(some)
+            self._points[first:end] = self._points[some]
+            self._draws[first:end] = self._draws[some]
+        self._held = end
+        self._below = float(self._draws[:end].max())
 
 
 def smallest(draws: Array, count: int) -> Indices:

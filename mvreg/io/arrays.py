@@ -10,16 +10,16 @@ import numpy as np
 
 from mvreg.errors import InputError, NoScanError
 from mvreg.io.cloud import PointCloud
-from mvreg.io.column_names import axes_named
 from mvreg.io.columns import attributes_of, colours, poses_in
 from mvreg.types.attributes import NORMALS, Values
+from mvreg.types.column_names import (
+    WHOLE_COLOURS,
+    WHOLE_NORMALS,
+    attribute_names,
+    coordinates_named,
+    with_usual_names,
+)
 
-#: What the coordinates are called in files of several arrays, or as a field of several numbers.
-_POINTS = (
-    "points", "positions", "position", "xyz", "vertices", "coordinates", "coords", "pos", "pts",
-)  # fmt: skip
-_COLOURS = ("colors", "colours", "color", "colour", "rgb")
-_NORMALS = ("normals", "normal")
 #: A table has no more columns than this; what has is an image.
 _MOST_COLUMNS = 32
 
@@ -104,14 +104,12 @@ def _is_transposed(rows: int, columns: int) -> bool:
 def _from_arrays(arrays: Mapping[str, Values], path: Path) -> PointCloud:
     """From several arrays, or several fields of one."""
     names = list(arrays)
-    lower = {name.lower(): name for name in reversed(names)}
-    called = next((lower[name] for name in _POINTS if name in lower), None)
-    axes = axes_named(names)
-    if called is not None:
-        whole, used = arrays[called], {called}
-    elif axes is not None:
-        used = {names[axis] for axis in axes}
-        whole = _stacked([arrays[names[axis]] for axis in axes], path)
+    where = coordinates_named(names, {name for name in names if arrays[name].ndim > 1})
+    if isinstance(where, str):
+        whole, used = arrays[where], {where}
+    elif where is not None:
+        used = {names[axis] for axis in where}
+        whole = _stacked([arrays[names[axis]] for axis in where], path)
     else:
         tables = [name for name in names if arrays[name].ndim >= 2 and arrays[name].shape[-1] >= 3]
         if len(tables) != 1:
@@ -123,10 +121,11 @@ def _from_arrays(arrays: Mapping[str, Values], path: Path) -> PointCloud:
         raise InputError(f"{path}: expected an array (N, 3), got {whole.shape}")
     cloud = _from_array(whole, path)
     more: dict[str, Values] = {}
-    for name in names:
-        if name not in used:
-            more |= _attribute(name, arrays[name], len(cloud.points))
-    return PointCloud(cloud.points, attributes={**cloud.attributes, **more}, remarks=cloud.remarks)
+    others = [name for name in names if name not in used]
+    for name, usual in zip(others, attribute_names(others), strict=True):
+        more |= _attribute(name, usual, arrays[name], len(cloud.points))
+    found = with_usual_names({**cloud.attributes, **more})
+    return PointCloud(cloud.points, attributes=found, remarks=cloud.remarks)
 
 
 def _stacked(axes: list[Values], path: Path) -> Values:
@@ -136,17 +135,20 @@ def _stacked(axes: list[Values], path: Path) -> Values:
     return np.stack([axis.ravel() for axis in axes], axis=-1)
 
 
-def _attribute(name: str, values: Values, count: int) -> dict[str, Values]:
-    """What an array says of each of `count` points; nothing if it is about something else."""
+def _attribute(name: str, usual: str, values: Values, count: int) -> dict[str, Values]:
+    """What an array says of each of `count` points; nothing if it is about something else.
+
+    `usual` is what attributes of its name are called.
+    """
     if values.dtype.kind not in "iufb":
         return {}
-    lower = name.lower()
+    lower = name.strip().lower()
     if values.size == count:
         known: Any = values.astype(np.uint8) if values.dtype.kind == "b" else values
-        return {"intensity" if lower == "intensity" else name: known.ravel()}
-    if lower in _COLOURS and values.size >= 3 * count and values.shape[-1] in (3, 4):
+        return {usual: known.ravel()}
+    if lower in WHOLE_COLOURS and values.size >= 3 * count and values.shape[-1] in (3, 4):
         channels = values.reshape(-1, values.shape[-1]).T[:3]
         return colours(list(channels)) if len(channels[0]) == count else {}
-    if lower in _NORMALS and values.size == 3 * count and values.shape[-1] == 3:
+    if lower in WHOLE_NORMALS and values.size == 3 * count and values.shape[-1] == 3:
         return dict(zip(NORMALS, np.ascontiguousarray(values.reshape(-1, 3).T), strict=True))
     return {}

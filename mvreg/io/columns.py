@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mvreg.io.column_names import QUATERNION, attribute_names
 from mvreg.types import Array
 from mvreg.types.attributes import COLOURS, NORMALS, Values
 from mvreg.types.colours import as_bytes
 from mvreg.types.colours import colours as whole_colours
+from mvreg.types.column_names import QUATERNION, attribute_names
 
 #: Rotations are orthonormal to so much, as files of few decimals have them.
 _UNIT = 1e-3

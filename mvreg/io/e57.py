@@ -24,7 +24,7 @@ from mvreg.io.pieces import NotInPiecesError, Pieces
 from mvreg.types.attributes import Values
 
 #: Points at a time: what is made of a header that lies stays small.
-CHUNK = 200_000
+CHUNK = 100_000
 #: libe57 reads XML by a library with state of its own: one thread at a time, call by call. A thread
 #: that has it may take it again: the garbage collector may close a scan that was left half read.
 _ONE = RLock()

@@ -17,7 +17,7 @@ from mvreg.io.pieces import Pieces
 from mvreg.types.attributes import COLOURS, Values
 
 #: Points at a time: what is made of a header that lies stays small.
-CHUNK = 500_000
+CHUNK = 100_000
 #: In the order in which they are listed; extra dimensions of a file follow.
 _KNOWN = ("intensity", *COLOURS, "nir", "return_number", "number_of_returns",
           "classification", "point_source_id", "scan_angle", "scan_angle_rank",

@@ -9,15 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
-from mvreg.geometry import se3
 from mvreg.io.cloud import PointCloud
 from mvreg.io.pts import attributes
+from mvreg.io.rigid import FINE, nearest_rigid
 from mvreg.io.stations import Lines, with_points
 from mvreg.types import Array
 
 _COUNT = re.compile(r"\s*(\d{1,9})\s*")
-#: How far from a rotation the printed digits of one may be.
-_ROUNDING = 1e-4
 
 
 def read_ptx(path: Path) -> Sequence[PointCloud]:
@@ -135,15 +133,21 @@ def _pose(matrix: Array) -> tuple[Array | None, tuple[str, ...]]:
     """The pose of a scan, made exactly rigid, and what is odd about it."""
     by_column = bool(np.any(matrix[:3, 3] != 0) and not np.any(matrix[3, :3] != 0))
     found = matrix if by_column else matrix.T
-    rotation = np.clip(found[:3, :3], -9, 9)  # so that nonsense cannot overflow
-    if (
-        np.any(found[3] != [0, 0, 0, 1])
-        or np.abs(rotation @ rotation.T - np.eye(3)).max() > _ROUNDING
-        or np.linalg.det(rotation) < 0
-    ):
-        return None, ("its 4x4 matrix is no rigid motion and was left out",)
-    pose = found.copy() if np.array_equal(rotation, np.eye(3)) else se3.project(found)
-    return pose, ("its 4x4 matrix has the translation in its last column",) if by_column else ()
+    left_out = "its 4x4 matrix is no rigid motion and was left out"
+    if np.any(found[3] != [0, 0, 0, 1]):
+        return None, (left_out,)
+    try:
+        rigid, deviation = nearest_rigid(found)
+    except ValueError:
+        return None, (left_out,)
+    pose = found.copy() if np.array_equal(found[:3, :3], np.eye(3)) else rigid
+    remarks = ["its 4x4 matrix has the translation in its last column"] if by_column else []
+    if deviation > FINE:
+        remarks.append(
+            "its 4x4 matrix is no exact rotation, as of few decimals: the nearest one is taken, "
+            f"which differs by up to {deviation:.2g} in an entry"
+        )
+    return pose, tuple(remarks)
 
 
 def _view_point(position: Array, pose: Array | None) -> Array | None:

@@ -10,13 +10,13 @@ import numpy as np
 
 from mvreg.errors import InputError, NoScanError
 from mvreg.io.cloud import PointCloud
-from mvreg.io.column_names import axes_named, split_heading
 from mvreg.io.columns import attributes_of, counters, poses_in, telling_rows
 from mvreg.io.pieces import NotInPiecesError, Pieces
 from mvreg.io.text_layout import Layout
 from mvreg.io.text_stream import TextTable, open_table
 from mvreg.types import Array
 from mvreg.types.attributes import Values
+from mvreg.types.column_names import axes_named, split_heading
 
 #: In `columns`, a column that is not wanted.
 SKIP = "_"

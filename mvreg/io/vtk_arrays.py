@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from mvreg.io.cloud_stream import numbered
-from mvreg.io.names import with_usual_names
 from mvreg.io.ply_header import usual
 from mvreg.types.attributes import COLOURS, NORMALS, Values
 from mvreg.types.colours import as_bytes, colours
+from mvreg.types.column_names import with_usual_names
 
 #: What programs call an array of colours.
 _COLOURED = frozenset(["rgb", "rgba", "color", "colors", "colour", "colours", "rgbcolor",

@@ -15,6 +15,33 @@ from mvreg.kernels import checks
 
 cdef int64_t MOST = 0x7FFFFFFFFFFFFFFF
 
+# Places in the table of cells at first: for two points each, but no more than so many.
+cdef enum:
+    FIRST = 1
+    MUCH = 16384
+
+
+cdef inline uint64_t slot_of(const vector[int64_t]& table, int64_t key, uint64_t mask) noexcept nogil:
+    """Where a cell is in the table, or would be."""
+    cdef uint64_t slot = (<uint64_t> key * <uint64_t> 0x9E3779B97F4A7C15) >> 20 & mask
+    while table[slot] >= 0 and table[slot] != key:
+        slot = (slot + 1) & mask
+    return slot
+
+
+cdef void fill(
+    vector[int64_t]& table, vector[Py_ssize_t]& owner, const vector[int64_t]& keys, uint64_t mask
+) noexcept nogil:
+    """A larger table of the same cells."""
+    cdef size_t i
+    cdef uint64_t slot
+    table.assign(mask + 1, -1)
+    owner.resize(mask + 1)
+    for i in range(keys.size()):
+        slot = slot_of(table, keys[i], mask)
+        table[slot] = keys[i]
+        owner[slot] = i
+
 
 cdef class Cells:
     """The occupied cells of a grid over points (N, 3), in the order of their places along x, y, z.
@@ -69,8 +96,9 @@ cdef class Cells:
                     at[k] = <int64_t> floor((given[i, k] - low[k]) / step)
                     if at[k] > most[k]:
                         most[k] = at[k]
-            mask = 1
-            while mask < <uint64_t> (2 * count):
+            # Of large scans cells are far fewer than points: the table grows with them.
+            mask = FIRST
+            while mask < <uint64_t> (2 * count) and mask < MUCH:
                 mask *= 2
             table.resize(mask, -1)
             mask -= 1
@@ -81,14 +109,16 @@ cdef class Cells:
                 key = key * (most[1] + 1) + <int64_t> floor((given[i, 1] - low[1]) / step)
                 key = key * (most[2] + 1) + <int64_t> floor((given[i, 2] - low[2]) / step)
                 key = key & MOST  # a grid too fine to be counted may fuse cells, and that is all
-                slot = (<uint64_t> key * <uint64_t> 0x9E3779B97F4A7C15) >> 20 & mask
-                while table[slot] >= 0 and table[slot] != key:
-                    slot = (slot + 1) & mask
+                slot = slot_of(table, key, mask)
                 if table[slot] < 0:
                     table[slot] = key
                     owner[slot] = found
                     keys.push_back(key)
                     found += 1
+                    if <uint64_t> (2 * found) > mask:
+                        mask = 2 * mask + 1
+                        fill(table, owner, keys, mask)
+                        slot = slot_of(table, key, mask)
                 of[i] = owner[slot]
             order.resize(found)
             rank.resize(found)

@@ -121,8 +121,7 @@ def estimate_normals(
     cells of a third of it serve as neighbours then. Undetermined signs stay as they come; a point
     with fewer than three neighbours gets some unit vector.
     """
-    tree = scan.tree
-    if spacing > DENSE * scan.spacing:
-        tree = build_tree(Cells(scan.points, spacing / EVEN).means)
+    even = spacing > DENSE * scan.spacing
+    tree = build_tree(Cells(scan.points, spacing / EVEN).means) if even else scan.tree
     normals = plane_normals(tree, points, neighbours)
     return orient(normals, points, scan, mode)[0]

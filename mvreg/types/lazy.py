@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import wraps
+from threading import Lock
 from typing import Any, Generic, TypeVar
+from weakref import ref
+
+from mvreg.parallel import threads
 
 Value = TypeVar("Value")
 Owner = TypeVar("Owner")
@@ -29,6 +33,29 @@ class lazy(Generic[Value]):  # noqa: N801, a decorator
             return self  # type: ignore[return-value]
         value = self.function(instance)
         return vars(instance).setdefault(self.name, value)  # type: ignore[no-any-return]
+
+
+class Latest:
+    """Which objects have worked out a `lazy` property last: the others forget it, and begin anew.
+
+    For what is large, soon made, and asked of one object after the other: as many have it as there
+    are threads. Whoever holds it keeps it.
+    """
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self._lock = Lock()
+        self._owners: list[ref[Any]] = []
+
+    def add(self, owner: object) -> None:
+        """Take notice that an object is about to have the property."""
+        with self._lock:
+            self._owners = [each for each in self._owners if each() not in (None, owner)]
+            self._owners.append(ref(owner))
+            gone, self._owners = self._owners[: -threads()], self._owners[-threads() :]
+        for each in gone:
+            if (old := each()) is not None:
+                vars(old).pop(self.name, None)
 
 
 def kept_on_argument(function: Callable[[Owner], Value]) -> Callable[[Owner], Value]:

@@ -11,18 +11,13 @@ from mvreg.errors import few
 from mvreg.types.attributes import COLOURS, NORMALS, Values
 from mvreg.types.colours import as_bytes
 from mvreg.types.colours import colours as whole_colours
-
-#: Other spellings of attributes, in small letters.
-SPELLINGS = {
-    "r": "red", "g": "green", "b": "blue", "normal_x": "nx", "normal_y": "ny", "normal_z": "nz",
-    "intensities": "intensity",
-}  # fmt: skip
-#: Arrays of several numbers a point, in small letters.
-POINTS = ("points", "positions", "xyz", "vertices")
-MANY = {
-    "colors": "colours", "colours": "colours", "color": "colours", "rgb": "colours",
-    "normals": "normals", "normal": "normals",
-}  # fmt: skip
+from mvreg.types.column_names import (
+    WHOLE_COLOURS,
+    WHOLE_NORMALS,
+    attribute_names,
+    coordinates_named,
+    with_usual_names,
+)
 
 
 class ForeignError(Exception):
@@ -30,47 +25,42 @@ class ForeignError(Exception):
 
 
 def from_columns(columns: Mapping[Any, Any]) -> tuple[Values, dict[str, Values]]:
-    """Coordinates (N, 3) of the columns x, y and z, or of one of `POINTS`; the others' attributes.
+    """Coordinates (N, 3) and attributes of columns, by the names that files have for them, too.
+
+    The coordinates are three columns, or one array with them.
 
     Raises
     ------
     ForeignError
         Where there are none; lists the columns.
     """
-    by_name = {str(key).strip().lower(): key for key in columns}
-    if set("xyz") <= by_name.keys():
-        keys = [by_name[axis] for axis in "xyz"]
-        points = _stacked([_numbers(columns[key]) for key in keys], "xyz")
-    elif key := next((by_name[name] for name in POINTS if name in by_name), None):
-        keys, points = [key], np.asarray(columns[key])
-    elif len(by_name) == 3 and all(str(key).isdecimal() for key in columns):
+    names, keys = [str(key) for key in columns], list(columns)
+    whole = {name for name, key in zip(names, keys, strict=True) if np.ndim(columns[key]) > 1}
+    where = coordinates_named(names, whole)
+    if isinstance(where, str):
+        used = [names.index(where)]
+        points = np.asarray(columns[keys[used[0]]])
+    elif where is not None:
+        used = [*where]
+        points = _stacked([_numbers(columns[keys[at]]) for at in used], "xyz")
+    elif len(keys) == 3 and all(name.isdecimal() for name in names):
         return _stacked([_numbers(column) for column in columns.values()], "xyz"), {}
     else:
         raise ForeignError(
-            f"expected columns x, y and z, found {few([str(key) for key in columns])}; rename "
+            f"expected columns x, y and z, found {few(names)}; rename "
             "them, or pass the three as an array (N, 3)"
         )
+    others = [at for at in range(len(keys)) if at not in used]
     found: dict[str, Values] = {}
-    for key in columns:
-        name = str(key).strip()
-        known = MANY.get(name.lower())
-        if key in keys:
-            continue
-        values = np.asarray(columns[key])
-        if known == "colours":
+    for at, usual in zip(others, attribute_names([names[at] for at in others]), strict=True):
+        name, values = names[at].strip().lower(), np.asarray(columns[keys[at]])
+        if values.ndim == 1 and values.dtype.kind in "biuf":
+            found[usual] = values
+        elif name in WHOLE_COLOURS:
             found |= colours(values)
-        elif known == "normals":
+        elif name in WHOLE_NORMALS:
             found |= normals(values)
-        elif values.dtype.kind in "biuf" and values.ndim == 1:
-            found[_spelled(name)] = values
-    return points, _one_colour(found)
-
-
-def _spelled(name: str) -> str:
-    """The usual name of an attribute; of others their own."""
-    small = name.lower()
-    usual = SPELLINGS.get(small, small)
-    return usual if usual in (*COLOURS, *NORMALS, "intensity") else name
+    return points, _one_colour(with_usual_names(found))
 
 
 def _stacked(columns: Iterable[Values], axes: str) -> Values:

@@ -73,7 +73,8 @@ def points_of(name: str, value: object) -> tuple[Array, dict[str, Values]]:
         An array (N, 3), or (H, W, 3), of real numbers of any type, order and strides, or anything
         that becomes one: lists of lists, what has ``__array__``, ``__array_interface__``,
         ``__dlpack__``, a tensor of torch on any device. An array with fields, a data frame or a
-        mapping with columns x, y and z; its other columns of numbers become attributes. A point
+        mapping with columns x, y and z, called as in files (``X[mm]``, ``Easting``); its other
+        columns of numbers become attributes, by the names that they get of files. A point
         cloud or a triangle mesh of Open3D, old or of tensors, or of trimesh: of a mesh the
         vertices, or points on its triangles where they are coarse, as with files. Colours,
         normals and intensities are kept under the names that `Scan` has for them.

@@ -19,13 +19,18 @@ from mvreg.geometry.arrays import Array
 from mvreg.types import checks
 from mvreg.types.attributes import Attributes, FullPoints, Values, turned
 from mvreg.types.inputs import Input
-from mvreg.types.lazy import lazy
+from mvreg.types.lazy import Latest, lazy
 from mvreg.types.pointlike import PointLike, points_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from mvreg.kernels.tree import Tree
+
+#: Trees over more points than this, of 44 bytes a point, are not all kept: to build one takes less
+#: than what is asked of it.
+MANY = 200_000
+LATEST = Latest("tree")
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,9 +136,11 @@ class Scan:
 
     @lazy
     def tree(self) -> Tree:
-        """k-d tree over `points`."""
+        """k-d tree over `points`; of many points it is kept until other scans build theirs."""
         from mvreg.geometry.nearest import build_tree
 
+        if len(self.points) > MANY:
+            LATEST.add(self)
         return build_tree(self.points)
 
     @lazy

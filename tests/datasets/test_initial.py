@@ -128,6 +128,15 @@ def test_that_stages_that_cannot_hold_several_scans_are_named(change, said):
         mvreg.register(scans, changes=change)
 
 
+def test_that_few_decimals_are_told(tmp_path):
+    scans = ScanSet("s", (Scan("a.ply", np.zeros((1, 3))),))
+    exact = pose()
+    told = tell_initial(scans, write(tmp_path / "known.json", {"a.ply": exact.round(2)}), [])
+    (remark,) = told.remarks
+    assert "1 of 1 poses (a.ply) are no exact rotations" in remark
+    np.testing.assert_allclose(told.scans[0].initial, exact, atol=0.011)
+
+
 def test_that_what_fits_no_scan_is_told(tmp_path):
     scans = ScanSet("s", (Scan("a.ply", np.zeros((1, 3))),))
     with pytest.raises(InputError, match=r"dataset.fixed=\['b'\]: .* a.ply; got b"):

@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 
 from mvreg.errors import InputError
 from mvreg.geometry import se3
-from mvreg.io import read_points, read_poses
+from mvreg.io import read_points, read_poses, read_poses_and_remarks
 
 
 def write(path: Path, content: object) -> Path:
@@ -70,6 +70,40 @@ def test_json_poses(tmp_path: Path, rng: np.random.Generator) -> None:
             np.testing.assert_allclose(read[name], pose, atol=tolerance)
             rotation = read[name][:3, :3]
             np.testing.assert_allclose(rotation.T @ rotation, np.eye(3), atol=1e-12)
+
+
+def test_that_two_decimals_are_enough_and_are_told(
+    tmp_path: Path, rng: np.random.Generator
+) -> None:
+    exact = {f"{k}.ply": se3.random(rng, 5) for k in range(300)}
+    content = {name: pose.round(2).tolist() for name, pose in exact.items()}
+    read, remarks = read_poses_and_remarks(write(tmp_path / "a.json", content))
+    for name, pose in exact.items():
+        rotation = read[name][:3, :3]
+        np.testing.assert_allclose(rotation.T @ rotation, np.eye(3), atol=1e-12)
+        np.testing.assert_allclose(rotation, pose[:3, :3], atol=0.011)
+    worst = max(np.abs(read[name] - content[name]).max() for name in exact)
+    assert 0.005 < worst < 0.009
+    (remark,) = remarks
+    assert remark.startswith("a.json: the matrices of 300 of 300 poses (0.ply, 1.ply, ")
+    assert f"differ by up to {worst:.2g} in an entry" in remark
+
+
+def test_that_poses_of_many_digits_are_not_mentioned(
+    tmp_path: Path, rng: np.random.Generator
+) -> None:
+    content = {"a": se3.random(rng, 5).round(6).tolist(), "b": EYE}
+    assert read_poses_and_remarks(write(tmp_path / "a.json", content))[1] == ()
+
+
+def test_that_small_scales_are_not_taken_for_rounding(
+    tmp_path: Path, rng: np.random.Generator
+) -> None:
+    for factor in (0.98, 0.99, 1.01, 1.02):
+        pose = se3.random(rng, 5)
+        pose[:3, :3] *= factor
+        with pytest.raises(InputError, match="scales, shears or mirrors"):
+            read_poses(write(tmp_path / "a.json", {"a": pose.tolist()}))
 
 
 SCALED = np.diag([2.0, 2, 2, 1]).tolist()

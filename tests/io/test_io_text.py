@@ -10,8 +10,8 @@ import pytest
 
 from mvreg.errors import InputError, NoScanError
 from mvreg.io import PointCloud, ReadOptions, read_clouds
-from mvreg.io.column_names import axes_named
 from mvreg.io.text_numbers import numbers_in
+from mvreg.types.column_names import axes_named
 
 POINTS = np.array([[0.5, 1.25, -2.0], [18297.21, 29105.62, 39341.17], [-4.0, 8.0, 0.125]])
 

@@ -278,6 +278,10 @@ def test_ptx_oddities(tmp_path: Path) -> None:
     path.write_text(scan().replace("0 0 1 0\n", "0 0 2 0\n"))
     assert read_cloud(path).T_world_scan is None
     assert "no rigid motion" in read_cloud(path).remarks[0]
+    path.write_text(scan().replace("0 1 0 0\n-1 0 0 0", "0.8 0.61 0 0\n-0.6 0.8 0 0"))
+    cloud = read_cloud(path)
+    np.testing.assert_allclose(cloud.T_world_scan[:2, :2], [[0.8, -0.6], [0.6, 0.8]], atol=0.01)
+    assert "no exact rotation, as of few decimals" in cloud.remarks[0]
     lines = scan().split("\n")
     lines[10] = lines[12] = "0 0 0 0.5"
     path.write_bytes("\r\n".join(lines).encode())

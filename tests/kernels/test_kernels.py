@@ -114,6 +114,16 @@ def test_cells(rng, kind, count, step):
     np.testing.assert_allclose(found.means, means, atol=1e-15)
 
 
+def test_that_the_table_of_cells_grows_with_them(rng):
+    points = rng.uniform(size=(40_000, 3))
+    found = grid.Cells(points, 0.03)
+    sizes, means, cell = plain_grid.cells(points, 0.03)
+    assert len(sizes) > 20_000
+    np.testing.assert_array_equal(found.sizes, sizes)
+    np.testing.assert_array_equal(found.cell, cell)
+    np.testing.assert_allclose(found.means, means, atol=1e-15)
+
+
 def test_a_grid_too_fine_to_be_counted_keeps_every_point(rng):
     points = rng.uniform(size=(500, 3))
     found = grid.Cells(points, 1e-12)

@@ -2,7 +2,41 @@ from dataclasses import replace
 from threading import Barrier, Thread
 
 from mvreg.testing import blob_scans
-from mvreg.types.lazy import kept_on_argument, lazy
+from mvreg.types.lazy import Latest, kept_on_argument, lazy
+
+LATEST = Latest("number")
+
+
+class Counted:
+    times = 0
+
+    @lazy
+    def number(self):
+        LATEST.add(self)
+        self.times += 1
+        return self.times
+
+
+def test_that_the_latest_keep_what_they_have_worked_out(monkeypatch):
+    monkeypatch.setattr("mvreg.types.lazy.threads", lambda: 2)
+    each = [Counted() for _ in range(3)]
+    for one in (*each, each[2], each[1]):
+        assert one.number == 1
+    assert each[0].number == 2, "it has been forgotten"
+    assert (each[2].number, each[1].number) == (1, 2), "that of the second has gone for it"
+    del each[1]
+    assert each[0].number == 2
+
+
+def test_that_few_trees_of_large_scans_are_kept(monkeypatch):
+    monkeypatch.setattr("mvreg.types.lazy.threads", lambda: 2)
+    monkeypatch.setattr("mvreg.types.scan.MANY", 10)
+    scans = blob_scans(4).scans
+    spacings = [scan.spacing for scan in scans]
+    assert ["tree" in vars(scan) for scan in scans] == [False, False, True, True]
+    assert [scan.spacing for scan in scans] == spacings
+    first = scans[0].tree
+    assert first is scans[0].tree and first.n == len(scans[0].points)
 
 
 class Slow:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from mvreg.types import Array, Indices
 
@@ -36,10 +34,8 @@ def layout(
         return {}
     place = {name: k for k, name in enumerate(names)}
     pairs = np.array([(place[a], place[b]) for a, b in links], dtype=np.intp).reshape(-1, 2)
-    shape = (len(names), len(names))
-    matrix = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape)
-    count, part = connected_components(matrix, directed=False)
-    parts = sorted((np.flatnonzero(part == k) for k in range(count)), key=len, reverse=True)
+    part = _parts(len(names), pairs)
+    parts = sorted((np.flatnonzero(part == k) for k in np.unique(part)), key=len, reverse=True)
     corners = _shelves([float(np.sqrt(len(members))) for members in parts])
     where = np.empty((len(names), 2))
     for members, corner in zip(parts, corners, strict=True):
@@ -49,6 +45,21 @@ def layout(
         where[members] = corner + side * _springs(begun, np.searchsorted(members, own))
     where = _filled(where)
     return {name: (float(x), float(y)) for name, (x, y) in zip(names, where, strict=True)}
+
+
+def _parts(count: int, pairs: Indices) -> Indices:
+    """The first node (count,) that each is linked to, over any others.
+
+    SciPy has it, but to import its graphs takes 30 MB and longer than the page.
+    """
+    part = np.arange(count)
+    while True:
+        before = part.copy()
+        for one, other in (pairs.T, pairs.T[::-1]):
+            np.minimum.at(part, one, before[other])
+        part = part[part]
+        if np.array_equal(part, before):
+            return part
 
 
 def _shelves(sides: Sequence[float]) -> Array:

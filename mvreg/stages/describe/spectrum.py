@@ -27,11 +27,10 @@ def neighbourhood_moments(
 
     Or of the means of the points in cells of a length.
     """
-    tree = scan.tree
     if cell > 0:
         tree = build_tree(Cells(scan.points, cell).means)
-    elif stride > 1:
-        tree = build_tree(scan.points[::stride])
+    else:
+        tree = build_tree(scan.points[::stride]) if stride > 1 else scan.tree
     return moments(tree, keypoints, radii)
 
 

@@ -1,12 +1,26 @@
-"""What the columns of a table of text are called, and which of them are x, y and z."""
+"""What columns and arrays are called, and which of them are x, y and z: of files and of tables."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
-from mvreg.io.names import TRIPLES
-from mvreg.types.attributes import COLOURS, NORMALS
+import numpy as np
+
+from mvreg.types.attributes import COLOURS, NORMALS, Values
+
+#: What arrays of several numbers a point are called, in small letters.
+POINTS = (
+    "points", "positions", "position", "xyz", "vertices", "coordinates", "coords", "pos", "pts",
+)  # fmt: skip
+WHOLE_COLOURS = ("colors", "colours", "color", "colour", "rgb")
+WHOLE_NORMALS = ("normals", "normal")
+#: Triples of names, and those that they stand for: of MeshLab's and PCL's files, and of tables.
+TRIPLES: dict[tuple[str, str, str], tuple[str, str, str]] = {
+    ("diffuse_red", "diffuse_green", "diffuse_blue"): COLOURS,
+    ("r", "g", "b"): COLOURS,
+    ("normal_x", "normal_y", "normal_z"): NORMALS,
+}
 
 _UNIT = re.compile(r"\s*(\[[^\]]*\]|\([^)]*\))")
 _TOKEN = re.compile(r"[A-Z]?[a-zäöü]+|[A-ZÄÖÜ]+|\d+")
@@ -33,7 +47,7 @@ _RGB = ("r", "g", "b")
 _COLOURS = dict(zip(_RGB, COLOURS, strict=True))
 _KNOWN = {
     **{name: name for name in (*NORMALS, *COLOURS, "intensity")},
-    "scalar_intensity": "intensity",
+    "scalar_intensity": "intensity", "intensities": "intensity",
     **{
         other: usual
         for others, names in TRIPLES.items() if others != _RGB
@@ -79,6 +93,24 @@ def axes_named(names: Sequence[str]) -> tuple[int, int, int] | None:
     return None
 
 
+def coordinates_named(
+    names: Sequence[str], whole: Collection[str]
+) -> str | tuple[int, int, int] | None:
+    """Where the coordinates are: the name of one array of several numbers, or three columns.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of all columns and arrays, in order.
+    whole : collection of str
+        Those that have several numbers for a point.
+    """
+    lower = {name.strip().lower(): name for name in reversed(names)}
+    known = [lower[name] for name in POINTS if name in lower]
+    called = next((name for name in known if name in whole), None)
+    return called or axes_named(names) or next(iter(known), None)
+
+
 def _role(name: str) -> tuple[str, tuple[str, ...]] | None:
     """Which axis a name means, and the words around it; None for other names."""
     words = [word.lower() for word in _TOKEN.findall(clean(name))]
@@ -120,4 +152,27 @@ def split_heading(line: str, parts: Iterable[str]) -> list[list[str]]:
         if cells and cells[0].endswith(":"):  # "columns: x y z"
             cells = cells[1:]
         found.append(cells)
+    return found
+
+
+def with_usual_names(values: Mapping[str, Values]) -> dict[str, Values]:
+    """The same attributes under the names that `PointCloud` has for them.
+
+    Colours that PCL packs into one number, ``rgb`` or ``rgba``, are unpacked. What has a usual
+    name already keeps it, and nothing is lost to a second one of that name.
+    """
+    found = dict(values)
+    for others, usual in TRIPLES.items():
+        if set(others) <= found.keys() and not set(usual) & found.keys():
+            found = {
+                dict(zip(others, usual, strict=True)).get(name, name): column
+                for name, column in found.items()
+            }
+    for packed in ("rgb", "rgba"):
+        if packed in found and found[packed].dtype.itemsize == 4 and not set(COLOURS) & set(found):
+            bits = np.ascontiguousarray(found.pop(packed)).view(np.uint32)
+            for name, shift in zip(COLOURS, (16, 8, 0), strict=True):
+                found[name] = (bits >> shift & 255).astype(np.uint8)
+            if packed == "rgba":
+                found["alpha"] = (bits >> 24).astype(np.uint8)
     return found
