@@ -36,6 +36,7 @@ from mvreg.types import (
     View,
     ViewGraph,
 )
+from mvreg.types.lazy import forget
 
 
 @contextmanager
@@ -148,6 +149,7 @@ class Pipeline:
                 lambda: described_key(describe, scan, sample, scale),
                 lambda: described_anew(scan, sample, resolution),
             )
+            forget(scan, "tree")  # of all raw points: as much as all else that is kept of a scan
             return View(scan.name, sample.points, normals, features, resolution, scale, scan)
 
         def described_anew(scan: Scan, sample: Sample, resolution: float) -> tuple[Any, ...]:

@@ -58,6 +58,11 @@ def test_a_parameter_out_of_range_is_refused():
         pipeline().with_parameters({"seed.top_fraction": 7})
 
 
+def test_trees_of_raw_points_are_let_go_of():
+    views = pipeline().prepare(blob_scans(3).scans, rng())
+    assert not any("tree" in vars(view.scan) for view in views)
+
+
 def test_prepared_views_hold_together():
     scans = blob_scans(3).scans
     told = []
