@@ -58,6 +58,17 @@ def test_a_parameter_out_of_range_is_refused():
         pipeline().with_parameters({"seed.top_fraction": 7})
 
 
+def test_trees_of_many_raw_points_are_let_go_of(monkeypatch):
+    assert all("tree" in vars(view.scan) for view in pipeline().prepare(fresh(), rng()))
+    monkeypatch.setattr("mvreg.pipeline.HELD_IN_TREES", 100)
+    assert not any("tree" in vars(view.scan) for view in pipeline().prepare(fresh(), rng()))
+
+
+def fresh():
+    """Scans of which nothing has been worked out."""
+    return [replace(scan) for scan in blob_scans(3).scans]
+
+
 def test_prepared_views_hold_together():
     scans = blob_scans(3).scans
     told = []

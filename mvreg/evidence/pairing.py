@@ -2,13 +2,49 @@
 
 from __future__ import annotations
 
-from mvreg.evidence.pooling import ViewPair
+from collections.abc import Iterator
+from dataclasses import replace
+
+from mvreg.evidence.pooling import SUBSAMPLING, ViewPair
 from mvreg.evidence.view_pair import parts_that_may_meet
 from mvreg.types import Array, Model, View
 
+#: Of more parts than so many fewer points of each are asked first: as many in all.
+PARTS = 4
+#: Under what the view pairs that a view was last asked for as a target are kept in it.
+LAST = f"{__name__}.last"
+
 
 def view_pairs(source: View, target: View, T_target_source: Array, step: int = 1) -> list[ViewPair]:
-    """Of a scan with a view: with every part that it may meet, if it is a model that has parts."""
+    """Of a scan with a view: with every part that it may meet, if it is a model that has parts.
+
+    Those of all points that were asked for last are kept on the target, with their evidence: a pose
+    is judged, judged again beside those that a symmetry allows, and looked at once more if refused.
+    """
+    if step != 1:
+        return _view_pairs(source, target, T_target_source, step)
+    asked = T_target_source.tobytes()
+    kept: tuple[View, bytes, list[ViewPair]] | None = vars(target).get(LAST)
+    if kept is None or kept[0] is not source or kept[1] != asked:
+        kept = source, asked, _view_pairs(source, target, T_target_source, step)
+        vars(target)[LAST] = kept
+    return kept[2]
+
+
+def on_few_points(source: View, target: View, T_target_source: Array) -> Iterator[list[ViewPair]]:
+    """The same view pairs on few of the points, then on every `SUBSAMPLING`-th.
+
+    To tell soon that a pose is hopeless: a wrong one may meet a hundred parts of a large model. On
+    few points they have as many in all as `PARTS` of them on every `SUBSAMPLING`-th.
+    """
+    pairs = view_pairs(source, target, T_target_source, SUBSAMPLING)
+    if len(pairs) > PARTS:
+        step = SUBSAMPLING * -(-len(pairs) // PARTS)
+        yield [replace(pair, step=step) for pair in pairs]
+    yield pairs
+
+
+def _view_pairs(source: View, target: View, T_target_source: Array, step: int) -> list[ViewPair]:
     if not isinstance(target, Model) or not target.parts:
         return [ViewPair(source, target, T_target_source, step=step)]
     return [

@@ -10,10 +10,45 @@ from mvreg.kernels.linear cimport (
     Motion, copy, cross, kabsch, move, norm, outer_sum, squared_gap, to_array,
 )
 
+from mvreg.kernels.simd cimport WIDE
+
 import numpy as np
 
 from mvreg.errors import InputError
 from mvreg.kernels import checks
+
+
+cdef extern from *:
+    """
+    // How many matches a motion brings closer than a squared limit; none if they cannot be more
+    // than so many. All x of the one side come first, then all y, all z, then those of the other.
+    MVREG_CLONES static Py_ssize_t hits(
+        const double* motion, const double* at, Py_ssize_t size, double limit, Py_ssize_t most
+    ) {
+        Py_ssize_t found = 0, i = 0;
+        while (i < size) {
+            const Py_ssize_t last = i + 64 < size ? i + 64 : size;
+            long long some = 0;
+            for (; i < last; i++) {
+                const double x = at[i], y = at[size + i], z = at[2 * size + i];
+                const double u = motion[0] * x + motion[1] * y + motion[2] * z + motion[9]
+                    - at[3 * size + i];
+                const double v = motion[3] * x + motion[4] * y + motion[5] * z + motion[10]
+                    - at[4 * size + i];
+                const double w = motion[6] * x + motion[7] * y + motion[8] * z + motion[11]
+                    - at[5 * size + i];
+                some += u * u + v * v + w * w < limit;
+            }
+            found += some;
+            if (found + size - i <= most)
+                return 0;
+        }
+        return found;
+    }
+    """
+    Py_ssize_t hits(
+        const double* motion, const double* at, Py_ssize_t size, double limit, Py_ssize_t most
+    ) noexcept nogil
 
 
 def consensus(source, target, matches, ends, draws, double tolerance):
@@ -105,7 +140,7 @@ cdef void agreed(
         if not sound(a, b, tolerance):
             continue
         triangle(a, b, motion)
-        votes = hits(motion, apart.data(), size, limit)
+        votes = hits(motion, apart.data(), size, limit, most)
         if votes > most:
             most = votes
             copy(motion, best)
@@ -115,27 +150,6 @@ cdef void agreed(
         kept[i] = squared_miss(best, &x[3 * i], &y[3 * i]) < limit
     fit(x, y, kept, most, motion)
     to_array(motion, pose)
-
-
-cdef inline Py_ssize_t hits(
-    const double* motion, const double* at, Py_ssize_t size, double limit
-) noexcept nogil:
-    """How many matches a motion brings closer than a squared limit.
-
-    All x of the one side come first, then all y, all z, then those of the other. Counted in
-    floating point, so that compilers take several at a time.
-    """
-    cdef Py_ssize_t i
-    cdef double u, v, w, found = 0
-    for i in range(size):
-        u = (motion[0] * at[i] + motion[1] * at[size + i] + motion[2] * at[2 * size + i]
-             + motion[9] - at[3 * size + i])
-        v = (motion[3] * at[i] + motion[4] * at[size + i] + motion[5] * at[2 * size + i]
-             + motion[10] - at[4 * size + i])
-        w = (motion[6] * at[i] + motion[7] * at[size + i] + motion[8] * at[2 * size + i]
-             + motion[11] - at[5 * size + i])
-        found += 1.0 if u * u + v * v + w * w < limit else 0.0
-    return <Py_ssize_t> found
 
 
 cdef inline double squared_miss(const double* motion, const double* x, const double* y) noexcept nogil:

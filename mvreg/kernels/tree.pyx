@@ -16,7 +16,7 @@ from mvreg.kernels import checks
 
 # Points in a leaf, at most; and neighbours that can be asked for.
 cdef enum:
-    LEAF = 10
+    LEAF = 24
     MOST_NEIGHBOURS = 128
 
 # A range is divided by the middle of three; many, by a sample; few are sorted.

@@ -58,6 +58,11 @@ class Latest:
                 vars(old).pop(self.name, None)
 
 
+def forget(owner: object, name: str) -> None:
+    """Let go of what a `lazy` property has worked out; it is worked out again when asked for."""
+    vars(owner).pop(name, None)
+
+
 def kept_on_argument(function: Callable[[Owner], Value]) -> Callable[[Owner], Value]:
     """A function of one object that is worked out once for each, and kept in the object itself.
 

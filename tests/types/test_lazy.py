@@ -2,7 +2,7 @@ from dataclasses import replace
 from threading import Barrier, Thread
 
 from mvreg.testing import blob_scans
-from mvreg.types.lazy import Latest, kept_on_argument, lazy
+from mvreg.types.lazy import Latest, forget, kept_on_argument, lazy
 
 LATEST = Latest("number")
 
@@ -56,6 +56,14 @@ def test_it_is_worked_out_once():
     one = Slow(Barrier(1))
     assert (one.answer, one.answer, one.times) == (42, 42, 1)
     assert Slow.answer.__doc__ == "What it is."
+
+
+def test_what_is_forgotten_is_worked_out_again():
+    one = Slow(Barrier(1))
+    forget(one, "answer")  # nothing is known yet
+    assert one.answer == 42
+    forget(one, "answer")
+    assert (one.answer, one.times) == (42, 2)
 
 
 def test_instances_do_not_wait_for_each_other():

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mvreg.errors import InputError, check_positive
-from mvreg.evidence.pairing import view_pairs
+from mvreg.evidence.pairing import on_few_points, view_pairs
 from mvreg.evidence.pooled import CONSISTENT, Evidence, ViewPair, pool_evidence
-from mvreg.evidence.pooling import SUBSAMPLING
 from mvreg.geometry import se3
 from mvreg.surface.displacement import rms_apart
 from mvreg.types import Array, Registration, Verdict, View, ViewGraph
@@ -144,12 +143,12 @@ class EvidenceJudge:
         )
 
     def likelihood(self, source: View, target: View, T_target_source: Array) -> float:
-        """How plausible an alternative is: on a subsample only, if it is far from being one."""
-        for step in (SUBSAMPLING, 1):
-            likely = pool_evidence(view_pairs(source, target, T_target_source, step)).plausibility
+        """How plausible an alternative is: on few points only, if it is far from being one."""
+        for pairs in on_few_points(source, target, T_target_source):
+            likely = pool_evidence(pairs).plausibility
             if likely < NEGLIGIBLE * self.max_alternative:
-                break
-        return likely
+                return likely
+        return pool_evidence(view_pairs(source, target, T_target_source)).plausibility
 
     def distinct_alternatives(self, registration: Registration, source: View) -> list[Array]:
         """The alternatives that are clearly different from the pose."""

@@ -54,3 +54,40 @@ def test_the_next_attempt_is_the_one_that_scores_most(seed):
         else:
             search.failed(*found)
     assert attempts > 25 and joins > 5
+
+
+def two_groups(size):
+    """A search over two groups of so many views, where every pair promises about as much."""
+    view = blob_views()[0]
+    models = PartialModels([replace(view, name=str(k)) for k in range(2 * size)])
+    for k in range(1, size):
+        models.join(k, 0, np.eye(4))
+        models.join(size + k, size, np.eye(4))
+    rng = np.random.default_rng(0)
+    scores = 0.9 + 0.1 * rng.random((2 * size, 2 * size))
+    return Search(np.triu(scores, 1) + np.triu(scores, 1).T, models, parts=3, max_failures=30)
+
+
+def failed(search, batch):
+    for source, targets in batch:
+        search.failed(source, targets)
+    return len(batch)
+
+
+def test_rounds_in_vain_grow():
+    search = two_groups(20)
+    sizes = []
+    for _ in range(6):
+        batch = search.batch()
+        assert len({source for source, _ in batch}) == len(batch), "a view moves once in a round"
+        assert not any((source, frozenset(targets)) in search.tried for source, targets in batch)
+        sizes.append(failed(search, batch))
+    assert sizes == [1, 2, 4, 8, 16, 16]
+
+
+def test_after_a_join_rounds_are_as_small_as_they_can_be():
+    search = two_groups(20)
+    for _ in range(3):
+        failed(search, search.batch())
+    search.joined()
+    assert len(search.batch()) == 1

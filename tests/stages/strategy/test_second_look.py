@@ -6,7 +6,7 @@ import numpy as np
 
 from mvreg.geometry import se3
 from mvreg.run import load_method
-from mvreg.stages.strategy.best_first.second_look import looked_at_again, probability
+from mvreg.stages.strategy.best_first.second_look import looked_at_again, weighed
 from mvreg.testing import blob_scans, blob_views
 
 VIEWS = blob_views(3)
@@ -38,7 +38,9 @@ def test_the_right_pose_among_the_alternatives_is_found():
     assert best > 0 and likely[best] > 0.95
     assert np.rad2deg(se3.rotation_angle(found[best].T_target_source, true())) < 2
     assert (
-        likely[0] == probability(PIPELINE.judge, VIEWS[1], VIEWS[0], found[0].T_target_source) < 0.5
+        likely[0]
+        == weighed(PIPELINE.judge, VIEWS[1], VIEWS[0], found[0].T_target_source).probability
+        < 0.5
     )
 
 

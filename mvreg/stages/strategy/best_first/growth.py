@@ -13,12 +13,13 @@ from mvreg.stages.strategy.best_first.agreement import Agreement
 from mvreg.stages.strategy.best_first.attempt import Attempt
 from mvreg.stages.strategy.best_first.attempted import Outcome
 from mvreg.stages.strategy.best_first.closing import closing_pair
-from mvreg.stages.strategy.best_first.hypotheses import Hypotheses
+from mvreg.stages.strategy.best_first.hypotheses import TOLERANCE, Hypotheses, compared
 from mvreg.stages.strategy.best_first.joint_verdict import consistent_join
 from mvreg.stages.strategy.best_first.loop_closure import second_pair
 from mvreg.stages.strategy.best_first.outcome import outcome
 from mvreg.stages.strategy.best_first.search import Search
 from mvreg.stages.strategy.best_first.settlement import Settlement
+from mvreg.surface.displacement import rms_apart
 from mvreg.types import Array, Edge, Pair, ViewGraph
 
 #: Observers are told of all poses so often until all views are joined: after each join of fifty
@@ -103,6 +104,9 @@ class Growth:
         ]  # fmt: skip
         own = len(self.pairs) + found.own
         self.pairs += found.pairs
+        if self.models.group[source] == self.models.group[targets[0]]:
+            self.close(source, targets[0], found.joint, own)
+            return False
         if found.joint is not None and self.join(attempt, source, targets[0], found.joint, own):
             return True
         if found.joint is None:
@@ -134,6 +138,21 @@ class Growth:
         models.join(source, target, joint.T_target_source)
         self.graph = self.graph.with_edge(joint)
         return True
+
+    def close(self, source: int, target: int, joint: Edge | None, own: int) -> None:
+        """Take notice of a pose between partial models that were joined in the same round."""
+        if joint is None:
+            return
+        view, pair = self.models.views[source], self.pairs[own]
+        apart = rms_apart(
+            compared(view), joint.T_target_source, self.models.relative(target, source)
+        )
+        if apart <= TOLERANCE * 2**0.5 * view.scale.resolution:
+            self.graph = self.graph.with_edge(joint)
+        else:
+            reason = "it contradicts the pair that joined these partial models"
+            verdict = replace(pair.verdict, reliable=False, reason=reason, open_loop=True)
+            self.pairs[own] = replace(pair, verdict=verdict)
 
     def joined(self) -> None:
         """Take notice of a join; tell observers where the views are now, after so many."""

@@ -38,12 +38,16 @@ def compared(view: View) -> Array:
     return view.points[:: -(-len(view.points) // COMPARED) or 1]
 
 
-def distinct(view: View, poses: Sequence[Array]) -> list[int]:
+def distinct(view: View, poses: Sequence[Array] | Array) -> list[int]:
     """Positions of the poses (4, 4) of a view that differ, the first of each."""
-    samples, apart = compared(view), TOLERANCE * view.scale.resolution
+    motions = np.asarray(poses).reshape(-1, 4, 4)
+    moved = compared(view) @ np.swapaxes(motions[:, :3, :3], 1, 2) + motions[:, None, :3, 3]
+    apart = TOLERANCE * view.scale.resolution
     kept: list[int] = []
-    for k, pose in enumerate(poses):
-        if all(rms_apart(samples, pose, poses[other]) > apart for other in kept):
+    for k, one in enumerate(moved):
+        squared = ((moved[kept] - one) ** 2).sum(axis=2)
+        rms = np.sqrt(squared.mean(axis=1)) if len(one) else np.zeros(len(kept))
+        if (rms > apart).all():
             kept.append(k)
     return kept
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import islice
 
 import numpy as np
 
@@ -19,6 +20,9 @@ IN_A_ROW, LEAST_IN_A_ROW = 2, 12
 #: Pairs that promise less than this share of the best one wait for another round: by then the
 #: partial models have grown, and show more.
 AS_PROMISING = 0.5
+#: After rounds in vain twice as many attempts are made at once each time, so many at most: the last
+#: scans of 300 took twenty rounds of one attempt each, in which one worker had something to do.
+MOST_AT_ONCE = 16
 
 
 class Search:
@@ -45,6 +49,7 @@ class Search:
         self.registered: set[frozenset[int]] = set()  # pairs: source and first target
         self.suggested: list[tuple[int, int]] = []
         self.in_a_row = 0
+        self.before, self.in_vain = 0, 0  # attempts of the round before, and rounds without a join
         self.gains = np.zeros((len(scores), len(scores) + 1))
         self.grouping: Indices = np.full(len(scores), -1)  # the groups that `gains` are of
         self.stale: set[int] = set()
@@ -58,8 +63,9 @@ class Search:
 
         Each partial model's most promising pair, as in Boruvka's algorithm for spanning trees; the
         pairs suggested come before. What depends on another attempt of the batch waits: a partial
-        model moves once, and not while others move to it. Which they are depends on what is known
-        by now alone, not on who works on them. Empty at the end.
+        model moves once, and not while others move to it; but after rounds in vain the next most
+        promising pairs are tried along with these, see `MOST_AT_ONCE`. Which they are depends on
+        what is known by now alone, not on who works on them. Empty at the end.
         """
         moves: dict[int, bool] = {}  # by group: it moves, or others move to it
         group, chosen, later = self.models.group, [], list[tuple[int, int]]()
@@ -79,6 +85,11 @@ class Search:
                 later.append((source, target))
         self.suggested = later[::-1]
         chosen += [one for one in self.promising() if fits(one[0], one[1][0])]
+        self.in_vain = self.in_vain + 1 if 0 < self.before <= self.in_a_row else 0
+        if chosen:
+            room = min(2**self.in_vain, MOST_AT_ONCE) - len(chosen)
+            chosen += islice(self.further({source for source, _ in chosen}), max(0, room))
+        self.before = len(chosen)
         return chosen
 
     def suggestions(self) -> Iterator[tuple[int, int]]:
@@ -97,18 +108,14 @@ class Search:
         if self.in_a_row >= max(LEAST_IN_A_ROW, IN_A_ROW * len(self.scores)):
             return
         group = self.models.group
-        groups = [members for members in self.models.groups() if len(members)]
-        labels = np.array([group[members[0]] for members in groups], dtype=np.intp)
-        self.refresh()
-        # In the order of the groups, then of the sources: of equals the first is taken.
-        priority = np.where(self.may_move(labels), self.gains[:, labels].T * self.factor, -np.inf)
+        groups, priority = self.priorities()
         seen: set[int] = set()
         least = -np.inf
         for cell in descending(priority):
             if priority.flat[cell] < least or len(seen) == len(groups):
                 return
             row, source = divmod(cell, len(group))
-            ends = {int(group[source]), int(labels[row])}
+            ends = {int(group[source]), int(group[groups[row][0]])}
             if ends <= seen:
                 continue
             for targets in self.targets(source, groups[row]):
@@ -118,6 +125,32 @@ class Search:
                     seen |= ends
                     yield source, targets
                     break
+
+    def further(self, sources: set[int]) -> Iterator[tuple[int, list[int]]]:
+        """The next most promising pairs, of views that do not move yet, the best first."""
+        groups, priority = self.priorities()
+        least = AS_PROMISING * float(priority.max(initial=-np.inf))
+        for cell in descending(priority):
+            if not priority.flat[cell] >= least:
+                return
+            row, source = divmod(cell, len(self.models.group))
+            for targets in self.targets(source, groups[row]) if source not in sources else ():
+                if (source, frozenset(targets)) not in self.tried:
+                    sources.add(source)
+                    self.registered.add(frozenset((source, targets[0])))
+                    yield source, targets
+                    break
+
+    def priorities(self) -> tuple[list[Indices], Array]:
+        """The groups (G), the largest first, and what moving each view there promises: (G, N)."""
+        group = self.models.group
+        groups = [members for members in self.models.groups() if len(members)]
+        labels = np.array([group[members[0]] for members in groups], dtype=np.intp)
+        self.refresh()
+        # In the order of the groups, then of the sources: of equals the first is taken.
+        return groups, np.where(
+            self.may_move(labels), self.gains[:, labels].T * self.factor, -np.inf
+        )
 
     def refresh(self) -> None:
         """The overlap score of every view with each group: again only for groups that have changed.

@@ -11,8 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from mvreg.contracts import Judge, Pipeline
-from mvreg.evidence.pairing import view_pairs
-from mvreg.evidence.pooling import SUBSAMPLING
+from mvreg.evidence.pairing import on_few_points, view_pairs
 from mvreg.parallel import in_threads
 from mvreg.stages.strategy.best_first.hypotheses import LEAST_PROBABILITY, distinct
 from mvreg.stages.strategy.best_first.joint_verdict import Together, together
@@ -21,20 +20,22 @@ from mvreg.types import Array, Registration, View
 
 #: So many alternatives, the most probable ones on few points, are refined on all of them.
 MOST = 3
+#: What is less probable on few points is not asked on more.
+HOPELESS = 0.03
 
 
-def weighed(
-    judge: Judge, source: View, target: View, T_target_source: Array, step: int = 1
-) -> Together:
-    """What is said of a pose by itself, on every n-th of the sampled points."""
-    return together(judge, view_pairs(source, target, T_target_source, step))
+def weighed(judge: Judge, source: View, target: View, T_target_source: Array) -> Together:
+    """What is said of a pose by itself."""
+    return together(judge, view_pairs(source, target, T_target_source))
 
 
-def probability(
-    judge: Judge, source: View, target: View, T_target_source: Array, step: int = 1
-) -> float:
-    """How probable a pose is by itself, on every n-th of the sampled points."""
-    return weighed(judge, source, target, T_target_source, step).probability
+def rough_probability(judge: Judge, source: View, target: View, T_target_source: Array) -> float:
+    """How probable a pose is by itself, on few points, or on more if it may be."""
+    for pairs in on_few_points(source, target, T_target_source):
+        found = together(judge, pairs).probability
+        if found < HOPELESS:
+            break
+    return found
 
 
 def looked_at_again(
@@ -61,7 +62,7 @@ def looked_at_again(
     judge, refine = pipeline.judge, pipeline.refine
 
     def rough(pose: Array) -> float:
-        return probability(judge, source, target, pose, SUBSAMPLING)
+        return rough_probability(judge, source, target, pose)
 
     poses = [registration.T_target_source, *registration.alternatives]
     others = [poses[k] for k in distinct(source, poses)[1:]]

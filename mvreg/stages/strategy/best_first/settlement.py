@@ -10,7 +10,7 @@ from mvreg.contracts import Judge
 from mvreg.evidence.pooled import ViewPair
 from mvreg.stages.strategy.best_first.agreement import Agreement, against
 from mvreg.stages.strategy.best_first.hypotheses import Hypotheses
-from mvreg.stages.strategy.best_first.joint_verdict import together
+from mvreg.stages.strategy.best_first.joint_verdict import together_if_doubtful
 from mvreg.types import Indices
 
 #: A loop of pairs joins partial models if it is right with this probability.
@@ -69,7 +69,7 @@ class Settlement:
         for index, label in enumerate(groups[:-1]):
             later: Indices = np.flatnonzero(np.isin(before, groups[index + 1 :]))
             crossing += trial.view_pairs(np.flatnonzero(before == label).tolist(), later.tolist())
-        if together(self.judge, crossing).plausibility < LEAST_POOLED:
+        if together_if_doubtful(self.judge, crossing).plausibility < LEAST_POOLED:
             self.refused.add(key)
             return False
         for edge in agreement.edges:

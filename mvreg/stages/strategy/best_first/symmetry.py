@@ -7,6 +7,7 @@ made, and refined, before the pose is relied on.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from typing import TypeAlias
 
@@ -16,6 +17,7 @@ from mvreg.contracts import Refine
 from mvreg.geometry import se3
 from mvreg.parallel import in_threads
 from mvreg.screening import COARSE_STEP, FINE_STEP, MAX_OBJECTIVE_RATIO, thinned
+from mvreg.stages.strategy.best_first.hypotheses import distinct
 from mvreg.types import Array, Registration, View
 
 #: Turns (degrees) about each axis: what is symmetric about an axis, two, three, four, five, six,
@@ -65,18 +67,32 @@ def symmetry_hypotheses(
     seen = _seen(source, target, pose)
     starts = [motion @ pose for motion in (*_turns(seen), *_slides(seen, source.scale.spacing))]
     _ = target.tree  # built once, before the threads ask for it
-    for step, slack in (
-        (COARSE_STEP, MAX_OBJECTIVE_RATIO),
-        (FINE_STEP, 1.0),
-    ):  # most turns fit nowhere near as well
-        subsampled = thinned(source, step)
-        own, *others = in_threads(partial(refine, subsampled, target), [pose, *starts])
-        most = slack * AS_GOOD * max(own.objective, (FINEST * source.scale.resolution) ** 2)
-        starts = [start for start, one in zip(starts, others, strict=True) if one.objective <= most]
-        if not starts:
-            return np.empty((0, 4, 4))
-    good = sorted((one for one in others if one.objective <= most), key=lambda one: one.objective)
-    return np.array([one.T_target_source for one in good])
+    near, own = _refined(refine, thinned(source, COARSE_STEP), target, pose, starts)
+    good = _as_good(near, own, source, MAX_OBJECTIVE_RATIO)  # most turns fit nowhere near as well
+    found = np.array([pose, *(one.T_target_source for one in good)])
+    starts = list(found[distinct(source, found)[1:]])  # most slides come back to the pose
+    if not starts:
+        return np.empty((0, 4, 4))
+    near, own = _refined(refine, thinned(source, FINE_STEP), target, pose, starts)
+    good = _as_good(near, own, source, 1.0)
+    return np.array([one.T_target_source for one in good]).reshape(-1, 4, 4)
+
+
+def _refined(
+    refine: Refine, source: View, target: View, pose: Array, starts: Sequence[Array]
+) -> tuple[list[Registration], Registration]:
+    """Where a refinement leads to from each of the starts, and from the pose itself."""
+    own, *others = in_threads(partial(refine, source, target), [pose, *starts])
+    return others, own
+
+
+def _as_good(
+    found: Sequence[Registration], own: Registration, source: View, slack: float
+) -> list[Registration]:
+    """Those that fit about as well as the pose itself, best first."""
+    most = slack * AS_GOOD * max(own.objective, (FINEST * source.scale.resolution) ** 2)
+    good = (one for one in found if one.objective <= most)
+    return sorted(good, key=lambda one: one.objective)
 
 
 def _turns(seen: Seen) -> list[Array]:
