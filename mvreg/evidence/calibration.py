@@ -31,11 +31,11 @@ LEAST_SHARE = 0.005
 #: More is no further evidence, and excuses no misfit: slides along smooth surfaces have as much.
 ENOUGH_SURFACE_OVERLAP, ENOUGH_AGREEMENT = 0.5, 0.95
 #: Fewer violations are chance, as at the edges of a scan, and count as so many.
-LEAST_VIOLATION = 0.02
+LEAST_VIOLATION = 0.015
 #: A residual step much smaller than this is none (resolutions).
 LEAST_STEP = 0.25
 #: The centre of the features, so that the intercept says what balances.
-CENTRE = (0.0, 1.0, -1.0, 2.0, -3.0, -1.0)
+CENTRE = (0.0, 1.0, -1.0, 2.0, -3.3, -1.0)
 
 
 def features(

@@ -14,7 +14,7 @@ from libc.string cimport memcpy, memset
 from mvreg.kernels.linear cimport (
     Motion, cross, dot, move, of_array, plane_height, turn, turn_back,
 )
-from mvreg.kernels.rays cimport Rays, check_rays
+from mvreg.kernels.rays cimport Ray, Rays, check_rays
 from mvreg.kernels.tree cimport Tree, node_distance
 
 import numpy as np
@@ -62,7 +62,8 @@ def directed_evidence(
     most_rays : int
         So many of its rays answer for a point.
     tolerance : float
-        So far before the surface about its ray a point is still on it (length).
+        So far before the surface about its ray a point is still on it (length); and farther, if
+        that surface goes on in the point's own plane, as ground between two rings of a LiDAR does.
 
     Returns
     -------
@@ -75,7 +76,9 @@ def directed_evidence(
     cdef Py_ssize_t count = given.shape[0], near = 0, consistent = 0, front = 0, i, partner
     cdef bint surface, seen
     cdef double x[3]
-    cdef double squared, height, low, high
+    cdef double turned[3]
+    cdef double squared, low
+    cdef Ray one, top
     cdef Motion motion
     of_array(checks.transform("transform", transform), motion)
     check_rays(most_rays)
@@ -101,10 +104,12 @@ def directed_evidence(
                             &sums, motion, x, &given[i, 0], &middle[0], &own[i, 0],
                             &other[partner, 0], &tree.cloud[partner, 0], least_cosine, oriented,
                         )
-                if seen and rays.ask(x, most_rays, &height, &low, &high):
-                    if height > high + tolerance:
+                if seen and rays.ask(x, most_rays, &one, &top, &low):
+                    turn(motion, &own[i, 0], turned)
+                    if one.height > top.height + tolerance and (
+                            rays.off_plane(&one, &top, turned) > tolerance):
                         front += 1
-                    elif not height < low - tolerance:
+                    elif not one.height < low - tolerance:
                         consistent += 1
     return Sight(
         flags.view(np.bool_), near, consistent, front, sums.squared, as_array(sums.first, 3),
