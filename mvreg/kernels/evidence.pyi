@@ -17,6 +17,7 @@ def directed_evidence(
     least_cosine: float,
     oriented: bool,
     rays: Rays | None,
+    few_rays: int,
     most_rays: int,
     tolerance: float,
 ) -> Sight: ...

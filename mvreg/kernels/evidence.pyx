@@ -35,7 +35,7 @@ cdef struct Sums:
 
 def directed_evidence(
     Tree tree not None, planes, points, normals, centre, double radius, transform, double reach,
-    double least_cosine, bint oriented, Rays rays, int most_rays, double tolerance
+    double least_cosine, bint oriented, Rays rays, int few_rays, int most_rays, double tolerance
 ):
     """What points show on a surface, and before what was seen there, in one pass.
 
@@ -59,8 +59,9 @@ def directed_evidence(
         False if the signs of the normals mean nothing.
     rays : Rays or None
         What the still scan's sensor saw.
-    most_rays : int
-        So many of its rays answer for a point.
+    few_rays, most_rays : int
+        So many of its rays answer for a point; and of one that would float before them so many: at
+        the edge of what stands in front the few of a dense scan may all pass beside it.
     tolerance : float
         So far before the surface about its ray a point is still on it (length); and farther, if
         that surface goes on in the point's own plane, as ground between two rings of a LiDAR does.
@@ -74,13 +75,14 @@ def directed_evidence(
     cdef const double[:, ::1] other = checks.floats("planes", planes, tree.n, 3)
     cdef const double[::1] middle = checks.floats("centre", centre, 3)
     cdef Py_ssize_t count = given.shape[0], near = 0, consistent = 0, front = 0, i, partner
-    cdef bint surface, seen
+    cdef bint surface, seen, floats
     cdef double x[3]
     cdef double turned[3]
     cdef double squared, low
     cdef Ray one, top
     cdef Motion motion
     of_array(checks.transform("transform", transform), motion)
+    check_rays(few_rays)
     check_rays(most_rays)
     flags = np.zeros(count, dtype=np.uint8)
     cdef unsigned char[::1] met = flags
@@ -104,10 +106,13 @@ def directed_evidence(
                             &sums, motion, x, &given[i, 0], &middle[0], &own[i, 0],
                             &other[partner, 0], &tree.cloud[partner, 0], least_cosine, oriented,
                         )
-                if seen and rays.ask(x, most_rays, &one, &top, &low):
+                if seen and rays.ask(x, few_rays, &one, &top, &low):
                     turn(motion, &own[i, 0], turned)
-                    if one.height > top.height + tolerance and (
-                            rays.off_plane(&one, &top, turned) > tolerance):
+                    floats = floating(rays, &one, &top, turned, tolerance)
+                    if floats and most_rays > few_rays:
+                        rays.ask(x, most_rays, &one, &top, &low)
+                        floats = floating(rays, &one, &top, turned, tolerance)
+                    if floats:
                         front += 1
                     elif not one.height < low - tolerance:
                         consistent += 1
@@ -115,6 +120,14 @@ def directed_evidence(
         flags.view(np.bool_), near, consistent, front, sums.squared, as_array(sums.first, 3),
         sums.second, as_array(&sums.mixed[0][0], 36).reshape(6, 6),
         as_array(&sums.plain[0][0], 36).reshape(6, 6), as_array(sums.pushed, 6))
+
+
+cdef inline bint floating(
+    Rays rays, const Ray* one, const Ray* top, const double* normal, double tolerance
+) noexcept nogil:
+    """Whether a point is before what its rays met, which is not in its own plane."""
+    return one.height > top.height + tolerance and (
+        rays.off_plane(one, top, normal) > tolerance)
 
 
 cdef as_array(const double* values, Py_ssize_t size):
