@@ -17,9 +17,9 @@ def directed_evidence(
     least_cosine: float,
     oriented: bool,
     rays: Rays | None,
-    few_rays: int,
     most_rays: int,
     tolerance: float,
+    edge: float,
 ) -> Sight: ...
 def which_may_overlap(
     centre: Array,

@@ -8,13 +8,13 @@ is near, so that nothing cancels however far away the scans' frames begin. From 
 whatever is asked of the points together, in any frame.
 """
 
-from libc.math cimport fabs, sqrt
+from libc.math cimport INFINITY, fabs, sqrt
 from libc.string cimport memcpy, memset
 
 from mvreg.kernels.linear cimport (
     Motion, cross, dot, move, of_array, plane_height, turn, turn_back,
 )
-from mvreg.kernels.rays cimport Ray, Rays, check_rays
+from mvreg.kernels.rays cimport MOST_RAYS, Ray, Rays, check_rays
 from mvreg.kernels.tree cimport Tree, node_distance
 
 import numpy as np
@@ -35,7 +35,7 @@ cdef struct Sums:
 
 def directed_evidence(
     Tree tree not None, planes, points, normals, centre, double radius, transform, double reach,
-    double least_cosine, bint oriented, Rays rays, int few_rays, int most_rays, double tolerance
+    double least_cosine, bint oriented, Rays rays, int most_rays, double tolerance, double edge
 ):
     """What points show on a surface, and before what was seen there, in one pass.
 
@@ -59,12 +59,15 @@ def directed_evidence(
         False if the signs of the normals mean nothing.
     rays : Rays or None
         What the still scan's sensor saw.
-    few_rays, most_rays : int
-        So many of its rays answer for a point; and of one that would float before them so many: at
-        the edge of what stands in front the few of a dense scan may all pass beside it.
+    most_rays : int
+        So many of its rays answer for a point.
     tolerance : float
         So far before the surface about its ray a point is still on it (length); and farther, if
         that surface goes on in the point's own plane, as ground between two rings of a LiDAR does.
+
+    edge : float
+        No point floats that is on what a ray met so near its own (length): beside the edge of what
+        stands in front the few rays of a dense scan may all pass by.
 
     Returns
     -------
@@ -82,7 +85,6 @@ def directed_evidence(
     cdef Ray one, top
     cdef Motion motion
     of_array(checks.transform("transform", transform), motion)
-    check_rays(few_rays)
     check_rays(most_rays)
     flags = np.zeros(count, dtype=np.uint8)
     cdef unsigned char[::1] met = flags
@@ -106,11 +108,10 @@ def directed_evidence(
                             &sums, motion, x, &given[i, 0], &middle[0], &own[i, 0],
                             &other[partner, 0], &tree.cloud[partner, 0], least_cosine, oriented,
                         )
-                if seen and rays.ask(x, few_rays, &one, &top, &low):
+                if seen and rays.ask(x, most_rays, INFINITY, &one, &top, &low):
                     turn(motion, &own[i, 0], turned)
                     floats = floating(rays, &one, &top, turned, tolerance)
-                    if floats and most_rays > few_rays:
-                        rays.ask(x, most_rays, &one, &top, &low)
+                    if floats and rays.ask(x, MOST_RAYS, edge, &one, &top, &low):
                         floats = floating(rays, &one, &top, turned, tolerance)
                     if floats:
                         front += 1

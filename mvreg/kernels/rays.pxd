@@ -31,7 +31,7 @@ cdef class Rays:
     cdef Py_ssize_t divide(self, double edge) noexcept nogil
     cdef void arrange(self) noexcept nogil
     cdef int ask(
-        self, const double* x, int most, Ray* one, Ray* top, double* low
+        self, const double* x, int most, double reach, Ray* one, Ray* top, double* low
     ) noexcept nogil
     cdef double off_plane(
         self, const Ray* one, const Ray* other, const double* normal

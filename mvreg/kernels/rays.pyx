@@ -187,18 +187,19 @@ cdef class Rays:
         self.rays.swap(sorted)
 
     cdef int ask(
-        self, const double* x, int most, Ray* one, Ray* top, double* low
+        self, const double* x, int most, double reach, Ray* one, Ray* top, double* low
     ) noexcept nogil:
-        """How many of the nearest rays answer for a point.
+        """How many of the nearest rays, `reach` or less away, answer for a point.
 
         And the ray of the point itself, the highest of them, and the lowest height.
         """
         cdef double far[MOST_RAYS]
         cdef const Ray* kept[MOST_RAYS]
-        cdef double least = self.reach * self.reach, gap = INFINITY, inside
+        cdef double least = fmin(self.reach, reach), gap = INFINITY, inside
         cdef Py_ssize_t at[2]
         cdef Py_ssize_t ring, i
         cdef int found = 0, axis, place
+        least *= least
         self.project(x, one)
         for axis in range(2):
             if (one.x[axis] <= self.least[axis] - self.reach
@@ -289,7 +290,7 @@ cdef class Rays:
         cdef Ray one, top
         with nogil:
             for i in range(count):
-                if self.ask(&given[i, 0], most, &one, &top, &least):
+                if self.ask(&given[i, 0], most, self.reach, &one, &top, &least):
                     low[i], high[i] = least, top.height
                 height[i] = one.height
         return own, lowest, highest

@@ -76,7 +76,7 @@ def test_evidence_at_a_surface(rng, oriented, shift):
     rays = Rays(target.scan.points, target.scan.view_direction, None, reach / 2)
     met, near, consistent, front, *sums = evidence.directed_evidence(
         target.tree, target.normals, points, normals, centre, radius, pose, reach, 0.7, oriented,
-        rays, 4, 4, reach,
+        rays, 4, reach, 0.0,
     )  # fmt: skip
     sums = np.concatenate([np.ravel(one) for one in sums])
     expected = plain.directed_evidence(
@@ -92,7 +92,7 @@ def test_evidence_at_a_surface(rng, oriented, shift):
     assert met.any() or shift > 1
     blind = evidence.directed_evidence(
         target.tree, target.normals, points, normals, centre, radius, pose, reach, 0.7, oriented,
-        None, 4, 4, reach,
+        None, 4, reach, 0.0,
     )  # fmt: skip
     assert blind[2:4] == (0, 0)
     np.testing.assert_array_equal(np.concatenate([np.ravel(one) for one in blind[4:]]), sums)
@@ -162,24 +162,24 @@ def test_evidence_into_any_picture(rng, kind, shift):
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     _, _, consistent, front, *_ = evidence.directed_evidence(
         *nothing, points, normals, *ball(points), pose, 0.1, 0.7, True,
-        Rays(seen, *sensor, 0.2), 4, 4, 0.1,
+        Rays(seen, *sensor, 0.2), 4, 0.1, 0.0,
     )  # fmt: skip
     assert (front, consistent) == plain.before_and_on(
         seen, *sensor, 0.2, se3.apply(pose, points), normals @ pose[:3, :3].T, 4, 0.1
     )
 
 
-def test_beside_an_edge_more_rays_are_asked_before_a_point_floats():
+def test_no_point_floats_that_is_on_what_stands_beside_it():
     steps = np.arange(-0.5, 0.5, 0.01)
     x, y = (each.ravel() for each in np.meshgrid(steps, steps))
     seen = np.column_stack([x, y, np.where(x < 0, 1.0, 0.0)])  # a step down, seen from above
     rays = Rays(seen, np.array([0.0, 0, 1]), None, 0.2)
     points = np.array([[0.03, y, 1.0] for y in (-0.2, 0.0, 0.2)])
     nothing = Tree(np.empty((0, 3))), np.empty((0, 3))
-    for more, beside in ((4, 3), (64, 0)):
+    for edge, beside in ((0.0, 3), (0.02, 3), (0.05, 0)):
         seen_before = evidence.directed_evidence(
             *nothing, points, np.tile([0.0, 0, 1], (3, 1)), *ball(points), np.eye(4), 0.1, 0.7,
-            True, rays, 4, more, 0.1,
+            True, rays, 4, 0.1, edge,
         )  # fmt: skip
         assert (seen_before.front, seen_before.consistent) == (beside, 3 - beside)
 
@@ -193,7 +193,7 @@ def test_ground_between_two_rings_does_not_float(sensor):
     nothing, rays = (Tree(np.empty((0, 3))), np.empty((0, 3))), Rays(np.vstack(rings), *sensor, 9.0)
     for normals, floats in ((up, False), (forward, True)):
         seen = evidence.directed_evidence(
-            *nothing, points, normals, *ball(points), np.eye(4), 0.1, 0.7, True, rays, 4, 4, 0.1
+            *nothing, points, normals, *ball(points), np.eye(4), 0.1, 0.7, True, rays, 4, 0.1, 0.0
         )
         assert (seen.front > 0) == floats
 
@@ -219,7 +219,7 @@ def test_little_touches_nothing(points):
     nothing = Tree(np.empty((0, 3))), np.empty((0, 3))
     assert len(surfaces.contact_heights(*nothing, points, up, np.eye(4), 1.0, 0.7)[0]) == 0
     met, *found = evidence.directed_evidence(
-        *nothing, points, up, np.zeros(3), 0.0, np.eye(4), 1.0, 0.7, True, None, 4, 4, 1.0
+        *nothing, points, up, np.zeros(3), 0.0, np.eye(4), 1.0, 0.7, True, None, 4, 1.0, 0.0
     )
     assert not met.any() and not any(np.any(one) for one in found)
 
