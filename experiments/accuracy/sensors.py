@@ -19,7 +19,7 @@ from rich.table import Table
 
 import mvreg
 from mvreg.surface.sensor import estimated_sensor, told_sensor
-from mvreg.surface.sensor_position import hidden_from, position, residuals, sampled, spread
+from mvreg.surface.sensor_position import hidden_from, positions, residuals, sampled, spread
 from mvreg.types import Array, Scan
 
 
@@ -31,7 +31,7 @@ def decided_by(scan: Scan) -> tuple[float, float, float, float]:
     own = sampled(scan)
     if own is None:
         return (np.nan,) * 4
-    point, left = position(own)
+    point, left = positions(own)[0]
     mirrored = 2 * own.points.mean(axis=0) - point
     gain = float(spread(residuals(mirrored, own))) / max(left, 1e-9)
     return left, left / float(spread(own.density)), gain, hidden_from(scan.points, point)

@@ -31,11 +31,14 @@ LEAST_SHARE = 0.005
 #: More is no further evidence, and excuses no misfit: slides along smooth surfaces have as much.
 ENOUGH_SURFACE_OVERLAP, ENOUGH_AGREEMENT = 0.5, 0.95
 #: Fewer violations are chance, as at the edges of a scan, and count as so many.
-LEAST_VIOLATION = 0.02
+LEAST_VIOLATION = 0.012
+#: Of two poses of the same scans, which see the same edges, fewer violations count: down to this
+#: share, or so many points.
+LEAST_COMPARED, LEAST_COUNTED = 0.002, 5
 #: A residual step much smaller than this is none (resolutions).
 LEAST_STEP = 0.25
 #: The centre of the features, so that the intercept says what balances.
-CENTRE = (0.0, 1.0, -1.0, 2.0, -3.0, -1.0)
+CENTRE = (0.0, 1.0, -1.0, 2.0, -3.5, -1.0)
 
 
 def features(
@@ -45,12 +48,13 @@ def features(
     agreement: float,
     violation: float | None,
     residual_step: float,
+    least_violation: float = LEAST_VIOLATION,
 ) -> Array:
     """What goes into the probability (6,): each grows with one thing that was measured.
 
     Log odds of the overlap; logarithms of the residual over the noise floor and over the
-    resolution; log odds of the normals' agreement; logarithms of the violation and of the residual
-    step.
+    resolution; log odds of the normals' agreement; logarithms of the violation, of
+    `least_violation` at least, and of the residual step.
     """
     residual = max(residual, 1.0)  # better than the scans themselves is chance
     misfit = max(residual * noise, 1e-3)
@@ -60,7 +64,7 @@ def features(
             np.log(residual),
             np.log(misfit),
             _logit(min(agreement, ENOUGH_AGREEMENT)),
-            np.log(max(violation or 0.0, LEAST_VIOLATION)),
+            np.log(max(violation or 0.0, least_violation)),
             np.log(residual_step + LEAST_STEP),
         ]
     )
@@ -68,9 +72,13 @@ def features(
 
 def probability(values: Array, sensor: str) -> float:
     """The probability of being right, given `features` (6,) and what is known of the sensors."""
+    return float(1 / (1 + np.exp(-np.clip(log_odds(values, sensor), -30.0, 30.0))))
+
+
+def log_odds(values: Array, sensor: str) -> float:
+    """The logarithm of the odds of being right, as of `probability`."""
     intercept, *weights = WEIGHTS[sensor]
-    score = intercept + np.dot(weights, values - np.array(CENTRE))
-    return float(1 / (1 + np.exp(-np.clip(score, -30.0, 30.0))))
+    return float(intercept + np.dot(weights, values - np.array(CENTRE)))
 
 
 def _logit(share: float) -> float:

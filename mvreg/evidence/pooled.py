@@ -7,7 +7,14 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from mvreg.evidence.calibration import features, probability
+from mvreg.evidence.calibration import (
+    LEAST_COMPARED,
+    LEAST_COUNTED,
+    LEAST_VIOLATION,
+    features,
+    log_odds,
+    probability,
+)
 from mvreg.evidence.pooling import ViewPair as ViewPair
 from mvreg.evidence.pooling import (
     free_space_violation,
@@ -15,6 +22,7 @@ from mvreg.evidence.pooling import (
     localizability_and_step,
 )
 from mvreg.parallel import in_parts
+from mvreg.types import Array
 
 #: Below it the overlap is degenerate. Pairs of a sphere, a cylinder and a bottle have 0.004 at
 #: most, with noise of two spacings of the raw points. Right pairs of all sets that the search
@@ -77,15 +85,29 @@ class Evidence:
         """The same, whether or not the overlap can slide along itself."""
         if self.points < LEAST_POINTS:
             return 0.0
-        measured = features(
+        return probability(self._features(), self.sensor)
+
+    def log_odds_over(self, other: Evidence) -> float:
+        """Logarithm of the odds of this pose over those of another pose of the same scans.
+
+        Violations count that are too few to mean anything by themselves: in the right pose hardly
+        any of the points of a facade float, and in one that is a window off a twentieth does.
+        """
+        points = max(min(self.points, other.points), 1)
+        least = min(max(LEAST_COMPARED, LEAST_COUNTED / points), LEAST_VIOLATION)
+        own, others = (log_odds(one._features(least), one.sensor) for one in (self, other))
+        return own - others
+
+    def _features(self, least_violation: float = LEAST_VIOLATION) -> Array:
+        return features(
             self.surface_overlap,
             self.residual,
             self.noise,
             self.agreement,
             self.violation,
             self.residual_step,
+            least_violation,
         )
-        return probability(measured, self.sensor)
 
     @property
     def ambiguous(self) -> bool:
@@ -99,7 +121,7 @@ class Evidence:
             return "the scans barely overlap"
         if self.ambiguous:
             return "ambiguous: the overlap can slide along itself"
-        if self.violation is not None and self.violation > 0.1:
+        if self.violation is not None and self.violation > 0.06:
             return "free-space violation: a surface lies where the other sensor saw free space"
         if self.residual > 6:
             return "the surfaces do not coincide"

@@ -25,8 +25,12 @@ EVIDENCE_DISTANCE = 2.0
 TOLERANCE = 2.0
 #: A point whose n-th neighbour is this many times farther than the median is an outlier.
 OUTLIER_NEIGHBOURS, OUTLIER_FACTOR = 4, 3.0
-#: How many of a sensor's rays answer for a point, and how near they must be (resolutions).
-RAYS, RAY_REACH = 4, 1.0
+#: How many of a sensor's rays answer for a point, and how near they must be (resolutions). None
+#: floats that is on what any ray met that is nearer than the last: of right pairs of a campus, of
+#: RGB-D frames and of a tilting laser 2.1, 0.4 and 4.5 % of the points float, else 3, 1.6 and 7 %;
+#: of wrong ones 26, 19 and 15 %, else 27, 25 and 19 %. With as much as a resolution the columns of
+#: a hall would hide that it is a column off.
+RAYS, RAY_REACH, EDGE = 4, 1.0, 0.5
 #: Least noise floor (resolutions): synthetic ones may have no noise at all.
 LEAST_NOISE_FLOOR = 0.03
 
@@ -228,7 +232,7 @@ def directed_evidence(
         here.centre, here.radius,
         T_still_moving, there.reach, LEAST_COSINE,
         moving.features.oriented and still.features.oriented,
-        there.rays, RAYS, TOLERANCE * reach / RAY_REACH,
+        there.rays, RAYS, TOLERANCE * reach / RAY_REACH, EDGE * reach / RAY_REACH,
     )  # fmt: skip
     unit = moving.scale.resolution or 1.0
     noise_floor = np.sqrt((here.noise_floor**2 + there.noise_floor**2) / 2) / unit

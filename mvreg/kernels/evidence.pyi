@@ -19,6 +19,7 @@ def directed_evidence(
     rays: Rays | None,
     most_rays: int,
     tolerance: float,
+    edge: float,
 ) -> Sight: ...
 def which_may_overlap(
     centre: Array,

@@ -8,13 +8,13 @@ is near, so that nothing cancels however far away the scans' frames begin. From 
 whatever is asked of the points together, in any frame.
 """
 
-from libc.math cimport fabs, sqrt
+from libc.math cimport INFINITY, fabs, sqrt
 from libc.string cimport memcpy, memset
 
 from mvreg.kernels.linear cimport (
     Motion, cross, dot, move, of_array, plane_height, turn, turn_back,
 )
-from mvreg.kernels.rays cimport Rays, check_rays
+from mvreg.kernels.rays cimport MOST_RAYS, Ray, Rays, check_rays
 from mvreg.kernels.tree cimport Tree, node_distance
 
 import numpy as np
@@ -35,7 +35,7 @@ cdef struct Sums:
 
 def directed_evidence(
     Tree tree not None, planes, points, normals, centre, double radius, transform, double reach,
-    double least_cosine, bint oriented, Rays rays, int most_rays, double tolerance
+    double least_cosine, bint oriented, Rays rays, int most_rays, double tolerance, double edge
 ):
     """What points show on a surface, and before what was seen there, in one pass.
 
@@ -62,7 +62,12 @@ def directed_evidence(
     most_rays : int
         So many of its rays answer for a point.
     tolerance : float
-        So far before the surface about its ray a point is still on it (length).
+        So far before the surface about its ray a point is still on it (length); and farther, if
+        that surface goes on in the point's own plane, as ground between two rings of a LiDAR does.
+
+    edge : float
+        No point floats that is on what a ray met so near its own (length): beside the edge of what
+        stands in front the few rays of a dense scan may all pass by.
 
     Returns
     -------
@@ -73,9 +78,11 @@ def directed_evidence(
     cdef const double[:, ::1] other = checks.floats("planes", planes, tree.n, 3)
     cdef const double[::1] middle = checks.floats("centre", centre, 3)
     cdef Py_ssize_t count = given.shape[0], near = 0, consistent = 0, front = 0, i, partner
-    cdef bint surface, seen
+    cdef bint surface, seen, floats
     cdef double x[3]
-    cdef double squared, height, low, high
+    cdef double turned[3]
+    cdef double squared, low
+    cdef Ray one, top
     cdef Motion motion
     of_array(checks.transform("transform", transform), motion)
     check_rays(most_rays)
@@ -101,15 +108,27 @@ def directed_evidence(
                             &sums, motion, x, &given[i, 0], &middle[0], &own[i, 0],
                             &other[partner, 0], &tree.cloud[partner, 0], least_cosine, oriented,
                         )
-                if seen and rays.ask(x, most_rays, &height, &low, &high):
-                    if height > high + tolerance:
+                if seen and rays.ask(x, most_rays, INFINITY, &one, &top, &low):
+                    turn(motion, &own[i, 0], turned)
+                    floats = floating(rays, &one, &top, turned, tolerance)
+                    if floats and rays.ask(x, MOST_RAYS, edge, &one, &top, &low):
+                        floats = floating(rays, &one, &top, turned, tolerance)
+                    if floats:
                         front += 1
-                    elif not height < low - tolerance:
+                    elif not one.height < low - tolerance:
                         consistent += 1
     return Sight(
         flags.view(np.bool_), near, consistent, front, sums.squared, as_array(sums.first, 3),
         sums.second, as_array(&sums.mixed[0][0], 36).reshape(6, 6),
         as_array(&sums.plain[0][0], 36).reshape(6, 6), as_array(sums.pushed, 6))
+
+
+cdef inline bint floating(
+    Rays rays, const Ray* one, const Ray* top, const double* normal, double tolerance
+) noexcept nogil:
+    """Whether a point is before what its rays met, which is not in its own plane."""
+    return one.height > top.height + tolerance and (
+        rays.off_plane(one, top, normal) > tolerance)
 
 
 cdef as_array(const double* values, Py_ssize_t size):

@@ -31,7 +31,10 @@ cdef class Rays:
     cdef Py_ssize_t divide(self, double edge) noexcept nogil
     cdef void arrange(self) noexcept nogil
     cdef int ask(
-        self, const double* x, int most, double* height, double* low, double* high
+        self, const double* x, int most, double reach, Ray* one, Ray* top, double* low
+    ) noexcept nogil
+    cdef double off_plane(
+        self, const Ray* one, const Ray* other, const double* normal
     ) noexcept nogil
     cdef bint beside(self, const double* x, double radius) noexcept nogil
 

@@ -7,7 +7,7 @@ from libc.math cimport INFINITY, ceil, fabs, floor, fmax, fmin, sqrt
 from libcpp.algorithm cimport sort
 from libcpp.vector cimport vector
 
-from mvreg.kernels.linear cimport cross, norm, turn
+from mvreg.kernels.linear cimport cross, dot, norm, turn
 
 import numpy as np
 
@@ -187,18 +187,20 @@ cdef class Rays:
         self.rays.swap(sorted)
 
     cdef int ask(
-        self, const double* x, int most, double* height, double* low, double* high
+        self, const double* x, int most, double reach, Ray* one, Ray* top, double* low
     ) noexcept nogil:
-        """How many of the nearest rays answer for a point, and the span of their heights."""
+        """How many of the nearest rays, `reach` or less away, answer for a point.
+
+        And the ray of the point itself, the highest of them, and the lowest height.
+        """
         cdef double far[MOST_RAYS]
-        cdef double heights[MOST_RAYS]
-        cdef double least = self.reach * self.reach, gap = INFINITY, inside
+        cdef const Ray* kept[MOST_RAYS]
+        cdef double least = fmin(self.reach, reach), gap = INFINITY, inside
         cdef Py_ssize_t at[2]
         cdef Py_ssize_t ring, i
         cdef int found = 0, axis, place
-        cdef Ray one
-        self.project(x, &one)
-        height[0] = one.height
+        least *= least
+        self.project(x, one)
         for axis in range(2):
             if (one.x[axis] <= self.least[axis] - self.reach
                     or one.x[axis] >= self.most[axis] + self.reach):
@@ -209,23 +211,41 @@ cdef class Rays:
             gap = fmin(gap, fmin(inside, self.edge - inside))
         gap = fmax(gap, 0) * (1 - 1e-9)
         for i in range(at[0] - 1, at[0] + 2):
-            pick(self, i, at[1] - 1, at[1] + 1, &one, most, far, heights, &found, &least)
+            pick(self, i, at[1] - 1, at[1] + 1, one, most, far, kept, &found, &least)
         for ring in range(2, self.rings + 1):
             inside = (ring - 1) * self.edge + gap
             if inside * inside >= least:
                 break
             for i in range(at[0] - ring + 1, at[0] + ring):
-                pick(self, i, at[1] - ring, at[1] - ring, &one, most, far, heights, &found, &least)
-                pick(self, i, at[1] + ring, at[1] + ring, &one, most, far, heights, &found, &least)
+                pick(self, i, at[1] - ring, at[1] - ring, one, most, far, kept, &found, &least)
+                pick(self, i, at[1] + ring, at[1] + ring, one, most, far, kept, &found, &least)
             i = at[0] - ring
-            pick(self, i, at[1] - ring, at[1] + ring, &one, most, far, heights, &found, &least)
+            pick(self, i, at[1] - ring, at[1] + ring, one, most, far, kept, &found, &least)
             i = at[0] + ring
-            pick(self, i, at[1] - ring, at[1] + ring, &one, most, far, heights, &found, &least)
-        low[0], high[0] = INFINITY, -INFINITY
+            pick(self, i, at[1] - ring, at[1] + ring, one, most, far, kept, &found, &least)
+        low[0], top.height = INFINITY, -INFINITY
         for place in range(found):
-            low[0] = fmin(low[0], heights[place])
-            high[0] = fmax(high[0], heights[place])
+            low[0] = fmin(low[0], kept[place].height)
+            if kept[place].height > top.height:
+                top[0] = kept[place][0]
         return found
+
+    cdef double off_plane(
+        self, const Ray* one, const Ray* other, const double* normal
+    ) noexcept nogil:
+        """How far what another ray met is off the plane of a point with a unit normal (length)."""
+        cdef double across[3]
+        cdef double gap[3]
+        cdef int k
+        turn(self.frame, normal, across)
+        for k in range(3):
+            if self.central:
+                gap[k] = (one.height * one.x[k] - other.height * other.x[k]) / self.distance
+            else:
+                gap[k] = other.x[k] - one.x[k]
+        if not self.central:
+            gap[2] = other.height - one.height
+        return fabs(dot(across, gap))
 
     cdef bint beside(self, const double* x, double radius) noexcept nogil:
         """Whether any ray may answer for a point within a radius of another; True if in doubt."""
@@ -266,12 +286,13 @@ cdef class Rays:
         check_rays(most)
         own, lowest, highest = np.empty(count), np.full(count, np.nan), np.full(count, np.nan)
         cdef double[::1] height = own, low = lowest, high = highest
-        cdef double a, b, c
+        cdef double least
+        cdef Ray one, top
         with nogil:
             for i in range(count):
-                if self.ask(&given[i, 0], most, &a, &b, &c):
-                    low[i], high[i] = b, c
-                height[i] = a
+                if self.ask(&given[i, 0], most, self.reach, &one, &top, &least):
+                    low[i], high[i] = least, top.height
+                height[i] = one.height
         return own, lowest, highest
 
 
@@ -287,7 +308,7 @@ cdef inline Py_ssize_t cell(Rays rays, const Ray* ray) noexcept nogil:
 
 cdef inline void pick(
     Rays rays, Py_ssize_t row, Py_ssize_t begin, Py_ssize_t end, const Ray* one, int most,
-    double* far, double* heights, int* found, double* least
+    double* far, const Ray** kept, int* found, double* least
 ) noexcept nogil:
     """Put the rays of some cells of a row among the nearest so far, nearest first."""
     cdef Py_ssize_t r
@@ -310,9 +331,9 @@ cdef inline void pick(
             continue
         place = found[0] if found[0] < most else most - 1
         while place > 0 and far[place - 1] > d:
-            far[place], heights[place] = far[place - 1], heights[place - 1]
+            far[place], kept[place] = far[place - 1], kept[place - 1]
             place -= 1
-        far[place], heights[place] = d, ray.height
+        far[place], kept[place] = d, ray
         if found[0] < most:
             found[0] += 1
         if found[0] == most:

@@ -10,7 +10,7 @@ from mvreg.geometry.nearest import build_tree, mean_spacing
 from mvreg.surface.sensor_direction import HIDING_POINTS, estimated_axis, side
 from mvreg.surface.sensor_position import (
     hidden_from,
-    position,
+    positions,
     residuals,
     sampled,
     spread,
@@ -37,6 +37,9 @@ CLEARLY_LEFT = 0.33
 #: leave 0.15 to 0.22, a tilting laser 0.3 of 1.2. It may hide so many points: the true positions
 #: in the office hide 0.07 to 0.09, since the beam is as wide as an edge.
 MOST_SPREAD, LEFT, MOST_HIDDEN = 0.25, 0.4, 0.15
+#: A sensor whose position seems to be nearer to the middle of the scan than so many lengths of it
+#: is not far away, wherever it is.
+OUTSIDE = 0.5
 #: A sensor far away must leave less: the Stanford scans leave 0.04 to 0.07, the figurine's 0.05.
 FAR_SPREAD = 0.15
 
@@ -94,19 +97,23 @@ def estimated_sensor(scan: Scan) -> SensorModel | None:
     own = sampled(scan)
     if own is None:
         return None
-    point, left = position(own)
     raw = float(spread(own.density))
     middle = own.points.mean(axis=0)
-    distance = float(np.linalg.norm(point - middle))
     size = float(np.linalg.norm(np.ptp(own.points, axis=0)))
-    gain = float(spread(residuals(2 * middle - point, own))) / max(left, 1e-9)
-    clear = gain >= POINT_GAIN or left <= CLEARLY_LEFT * raw
-    near = distance < FAR * size and clear and left <= max(MOST_SPREAD, LEFT * raw)
-    if near and hidden_from(scan.points, point) <= MOST_HIDDEN:
-        return SensorModel(None, point)
-    if left > FAR_SPREAD:
+    (best, least), image = positions(own)
+
+    def gain(point: Array, left: float) -> float:
+        return float(spread(residuals(2 * middle - point, own))) / max(left, 1e-9)
+
+    for point, left in ((best, least), image):
+        clear = left <= CLEARLY_LEFT * raw or gain(point, left) >= POINT_GAIN
+        near = np.linalg.norm(point - middle) < FAR * size and left <= max(MOST_SPREAD, LEFT * raw)
+        if clear and near and hidden_from(scan.points, point) <= MOST_HIDDEN:
+            return SensorModel(None, point)
+    towards = best - middle
+    if least > FAR_SPREAD or np.linalg.norm(towards) < OUTSIDE * size:
         return None
-    return _far_away(scan, point - middle if gain >= SIDE_GAIN else None)
+    return _far_away(scan, towards if gain(best, least) >= SIDE_GAIN else None)
 
 
 def _far_away(scan: Scan, towards: Array | None) -> SensorModel | None:

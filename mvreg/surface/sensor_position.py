@@ -32,6 +32,8 @@ LEAST_COSINE = 0.05
 GRID, MARGIN, DIRECTIONS, SHELLS, ROUGH = 6, 0.3, 100, (0.7, 1.2, 2.5), 300
 #: So many of them, so far from each other (lengths of the scan), are refined, in so many steps.
 STARTS, APART, STEPS = 4, 0.15, 25
+#: The plane that holds most points is that of one of so many of them, within so much (lengths).
+PLANES, FLAT = 200, 0.005
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,12 +76,28 @@ def residuals(positions: Array, own: Sampled) -> Array:
     return found
 
 
-def position(own: Sampled) -> tuple[Array, float]:
-    """The position (3,) that explains the densities best, and the spread that it leaves."""
+def positions(own: Sampled) -> list[tuple[Array, float]]:
+    """The position (3,) that explains the densities best, and the spread that it leaves.
+
+    And its image in the plane that holds most points, refined, with the same: the densities of one
+    plane, as of the ground, are the same from both of its sides.
+    """
     starts, length = _starts(own)
     found, left = _refined(starts, own, length)
     best = int(left.argmin())
-    return found[best], float(left[best])
+    image = _mirrored(found[best], own, length)
+    other, rest = _refined(image[None], own, length)
+    return [(found[best], float(left[best])), (other[0], float(rest[0]))]
+
+
+def _mirrored(position: Array, own: Sampled, length: float) -> Array:
+    """The image (3,) of a position in the plane of one of the points that most of them lie on."""
+    few = slice(None, None, max(1, len(own.points) // PLANES))
+    normals, points = own.normals[few], own.points[few]
+    heights = own.points @ normals.T - (points * normals).sum(axis=1)
+    best = int((np.abs(heights) <= FLAT * length).sum(axis=0).argmax())
+    away: Array = position - points[best]
+    return position - 2 * (away @ normals[best]) * normals[best]
 
 
 def _starts(own: Sampled) -> tuple[Array, float]:

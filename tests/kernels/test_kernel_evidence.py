@@ -76,7 +76,7 @@ def test_evidence_at_a_surface(rng, oriented, shift):
     rays = Rays(target.scan.points, target.scan.view_direction, None, reach / 2)
     met, near, consistent, front, *sums = evidence.directed_evidence(
         target.tree, target.normals, points, normals, centre, radius, pose, reach, 0.7, oriented,
-        rays, 4, reach,
+        rays, 4, reach, 0.0,
     )  # fmt: skip
     sums = np.concatenate([np.ravel(one) for one in sums])
     expected = plain.directed_evidence(
@@ -85,13 +85,14 @@ def test_evidence_at_a_surface(rng, oriented, shift):
     np.testing.assert_array_equal(met, expected[0])
     assert near == expected[1]
     np.testing.assert_allclose(sums, expected[2], atol=1e-9 * max(1, np.abs(expected[2]).max()))
-    height, low, high = rays.nearby(se3.apply(pose, points), 4)
-    assert front == (height > high + reach).sum()
-    assert consistent == ((height <= high + reach) & (height >= low - reach)).sum()
+    assert (front, consistent) == plain.before_and_on(
+        target.scan.points, target.scan.view_direction, None, reach / 2, se3.apply(pose, points),
+        normals @ pose[:3, :3].T, 4, reach,
+    )  # fmt: skip
     assert met.any() or shift > 1
     blind = evidence.directed_evidence(
         target.tree, target.normals, points, normals, centre, radius, pose, reach, 0.7, oriented,
-        None, 4, reach,
+        None, 4, reach, 0.0,
     )  # fmt: skip
     assert blind[2:4] == (0, 0)
     np.testing.assert_array_equal(np.concatenate([np.ravel(one) for one in blind[4:]]), sums)
@@ -157,13 +158,44 @@ def test_evidence_into_any_picture(rng, kind, shift):
     pose[:3, 3] += shift * rng.normal(size=3)
     sensor = sensor_of(kind, seen, rng)
     nothing = Tree(np.empty((0, 3))), np.empty((0, 3))
+    normals = rng.normal(size=points.shape)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     _, _, consistent, front, *_ = evidence.directed_evidence(
-        *nothing, points, np.ones_like(points), *ball(points), pose, 0.1, 0.7, True,
-        Rays(seen, *sensor, 0.2), 4, 0.1,
+        *nothing, points, normals, *ball(points), pose, 0.1, 0.7, True,
+        Rays(seen, *sensor, 0.2), 4, 0.1, 0.0,
     )  # fmt: skip
-    height, low, high = plain.nearby(seen, *sensor, 0.2, se3.apply(pose, points), 4)
-    assert front == (height > high + 0.1).sum()
-    assert consistent == ((height <= high + 0.1) & (height >= low - 0.1)).sum()
+    assert (front, consistent) == plain.before_and_on(
+        seen, *sensor, 0.2, se3.apply(pose, points), normals @ pose[:3, :3].T, 4, 0.1
+    )
+
+
+def test_no_point_floats_that_is_on_what_stands_beside_it():
+    steps = np.arange(-0.5, 0.5, 0.01)
+    x, y = (each.ravel() for each in np.meshgrid(steps, steps))
+    seen = np.column_stack([x, y, np.where(x < 0, 1.0, 0.0)])  # a step down, seen from above
+    rays = Rays(seen, np.array([0.0, 0, 1]), None, 0.2)
+    points = np.array([[0.03, y, 1.0] for y in (-0.2, 0.0, 0.2)])
+    nothing = Tree(np.empty((0, 3))), np.empty((0, 3))
+    for edge, beside in ((0.0, 3), (0.02, 3), (0.05, 0)):
+        seen_before = evidence.directed_evidence(
+            *nothing, points, np.tile([0.0, 0, 1], (3, 1)), *ball(points), np.eye(4), 0.1, 0.7,
+            True, rays, 4, 0.1, edge,
+        )  # fmt: skip
+        assert (seen_before.front, seen_before.consistent) == (beside, 3 - beside)
+
+
+@pytest.mark.parametrize("sensor", [(None, np.array([0.0, 0, 1])), (np.array([0, 0.6, 0.8]), None)])
+def test_ground_between_two_rings_does_not_float(sensor):
+    steps = np.arange(-3, 3, 0.02)
+    rings = [np.column_stack([steps, np.full_like(steps, y), 0 * steps]) for y in (5.0, 8.0, 12.0)]
+    points = np.array([[x, y, 0.0] for x in (-1, 0, 1) for y in (5.5, 6.3, 9.0, 10.1)])
+    up, forward = (np.tile(normal, (len(points), 1)) for normal in ([0.0, 0, 1], [0.0, -1, 0]))
+    nothing, rays = (Tree(np.empty((0, 3))), np.empty((0, 3))), Rays(np.vstack(rings), *sensor, 9.0)
+    for normals, floats in ((up, False), (forward, True)):
+        seen = evidence.directed_evidence(
+            *nothing, points, normals, *ball(points), np.eye(4), 0.1, 0.7, True, rays, 4, 0.1, 0.0
+        )
+        assert (seen.front > 0) == floats
 
 
 @quick
@@ -187,7 +219,7 @@ def test_little_touches_nothing(points):
     nothing = Tree(np.empty((0, 3))), np.empty((0, 3))
     assert len(surfaces.contact_heights(*nothing, points, up, np.eye(4), 1.0, 0.7)[0]) == 0
     met, *found = evidence.directed_evidence(
-        *nothing, points, up, np.zeros(3), 0.0, np.eye(4), 1.0, 0.7, True, None, 4, 1.0
+        *nothing, points, up, np.zeros(3), 0.0, np.eye(4), 1.0, 0.7, True, None, 4, 1.0, 0.0
     )
     assert not met.any() and not any(np.any(one) for one in found)
 

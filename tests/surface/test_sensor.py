@@ -39,6 +39,14 @@ def test_a_near_sensor_is_found_within_a_few_per_cent(name):
         assert np.linalg.norm(found.point) < 0.06 * size(scan)
 
 
+def test_a_scanner_on_open_ground_is_found_above_it():
+    for scan in mvreg.dataset("yard", scans=4).scans:
+        low = scan.chosen(scan.points[:, 2] < 1.0)  # the ground, and the feet of the walls
+        found = estimated_sensor(silent(low))
+        assert found.direction is None
+        assert np.linalg.norm(found.point) < 0.03 * size(low)
+
+
 def test_the_estimate_moves_with_the_scan():
     scan = scans_of("desk")[0]
     here, there = (estimated_sensor(silent(scan, motion)) for motion in (None, MOTION))

@@ -86,7 +86,7 @@ class EvidenceJudge:
     ) -> Verdict:
         pose = registration.T_target_source
         evidence = pool_evidence(view_pairs(source, target, pose))
-        alternative = self.best_alternative(registration, source, target)
+        alternative = self.best_alternative(registration, source, target, evidence)
         reason = self.objection(evidence, alternative)
         open_loop = reason is None and not self.closes_loops(registration, source, target, graph)
         if open_loop:
@@ -132,23 +132,35 @@ class EvidenceJudge:
         allowed = self.loop_tolerance * source.scale.resolution * np.sqrt(loop.steps + 1)
         return bool(rms_apart(source.points, registration.T_target_source, loop.motion) <= allowed)
 
-    def best_alternative(self, registration: Registration, source: View, target: View) -> float:
-        """The probability of the best of the clearly different poses, taken by itself."""
+    def best_alternative(
+        self, registration: Registration, source: View, target: View, evidence: Evidence
+    ) -> float:
+        """The probability of the best of the clearly different poses.
+
+        Taken by itself, or less if the `evidence` for the pose is so much better.
+        """
         return max(
             (
-                self.likelihood(source, target, pose)
+                self.likelihood(source, target, pose, evidence)
                 for pose in self.distinct_alternatives(registration, source)
             ),
             default=0.0,
         )
 
-    def likelihood(self, source: View, target: View, T_target_source: Array) -> float:
+    def likelihood(
+        self, source: View, target: View, T_target_source: Array, evidence: Evidence
+    ) -> float:
         """How plausible an alternative is: on few points only, if it is far from being one."""
         for pairs in on_few_points(source, target, T_target_source):
             likely = pool_evidence(pairs).plausibility
             if likely < NEGLIGIBLE * self.max_alternative:
                 return likely
-        return pool_evidence(view_pairs(source, target, T_target_source)).plausibility
+        rival = pool_evidence(view_pairs(source, target, T_target_source))
+        better = evidence.log_odds_over(rival)
+        beside = odds(evidence.probability) * np.exp(-better)
+        return float(
+            min(rival.plausibility, beside / (1 + beside)) if better > 0 else rival.plausibility
+        )
 
     def distinct_alternatives(self, registration: Registration, source: View) -> list[Array]:
         """The alternatives that are clearly different from the pose."""

@@ -28,6 +28,27 @@ def nearby(
     return height, low, high
 
 
+def before_and_on(
+    seen: Array, direction: Array | None, origin: Array | None, reach: float, points: Array,
+    normals: Array, most: int, tolerance: float,
+) -> tuple[int, int]:  # fmt: skip
+    """How many points (M, 3) float before what was seen, and how many lie on it.
+
+    None floats whose own plane holds what the highest of its rays met.
+    """
+    across, own = _rays(seen, seen, direction, origin)
+    height, low, high = nearby(seen, direction, origin, reach, points, most)
+    asked, _ = _rays(seen, points, direction, origin)
+    apart = np.linalg.norm(asked[:, None] - across[None], axis=2)
+    order = np.argsort(apart, axis=1, kind="stable")[:, :most]
+    near = np.take_along_axis(apart, order, axis=1) < reach
+    top = order[np.arange(len(points)), np.where(near, own[order], -np.inf).argmax(axis=1)]
+    off = np.abs(((seen[top] - points) * normals).sum(axis=1))
+    before = (height > high + tolerance) & (off > tolerance)
+    on = ~before & (height >= low - tolerance) & np.isfinite(low)
+    return int(before.sum()), int(on.sum())
+
+
 def _rays(
     seen: Array, points: Array, direction: Array | None, origin: Array | None
 ) -> tuple[Array, Array]:

@@ -77,8 +77,22 @@ def test_a_subsample_at_an_alternative_tells_what_a_whole_one_does():
         subsampled = pool_evidence(view_pairs(pair.source, pair.target, pose, SUBSAMPLING))
         assert subsampled.plausibility == pytest.approx(whole.plausibility, abs=0.05)
         assert subsampled.points == pytest.approx(whole.points, rel=0.2, abs=5 * SUBSAMPLING)
-        told = judge.likelihood(pair.source, pair.target, pose)
-        assert told == (whole if likely else subsampled).plausibility
+        told = judge.likelihood(pair.source, pair.target, pose, whole)
+        assert told == pytest.approx((whole if likely else subsampled).plausibility)
+
+
+def test_an_alternative_with_far_more_violations_is_less_probable():
+    pair, judge = overlap(), EvidenceJudge()
+    pose = pair.T_target_source
+    there = pool_evidence(view_pairs(pair.source, pair.target, pose))
+    floating = replace(there, violation=0.05)  # probable by itself
+    assert floating.probability > 0.9
+    assert there.log_odds_over(floating) == pytest.approx(-floating.log_odds_over(there))
+    assert there.log_odds_over(floating) > np.log(100)
+    few = replace(there, points=200), replace(floating, points=200)
+    assert few[0].log_odds_over(few[1]) < there.log_odds_over(floating)
+    told = judge.likelihood(pair.source, pair.target, pose, floating)
+    assert told == there.plausibility, "the better one loses nothing"
 
 
 def test_parts_that_cannot_be_met_are_not_asked():

@@ -7,6 +7,7 @@ from mvreg.geometry import se3
 from mvreg.stages.strategy.best_first.agreement import (
     CHANCE,
     CHANCE_OF_RIVALS,
+    Agreement,
     Bundle,
     Hypothesis,
     against,
@@ -91,6 +92,17 @@ def test_many_pairs_that_agree_weakly_are_not_taken_for_independent():
     members = tuple(Hypothesis(k, k + 10, np.eye(4), 0.15, k) for k in range(6))
     bundle = Bundle((0, 1), np.eye(4), members, ())
     assert bundle.right / bundle.wrong == pytest.approx(0.15**2 / (0.85**2 * CHANCE))
+
+
+def test_two_pairs_of_one_view_are_wrong_together():
+    def odds(*pairs):
+        members = tuple(Hypothesis(*pair, np.eye(4), 0.85) for pair in pairs)
+        return Agreement((Bundle((0, 1), np.eye(4), members, ()),)).odds
+
+    apart, sharing = odds((0, 10), (1, 11)), odds((0, 10), (0, 11))
+    assert apart == pytest.approx(0.85**2 / (0.15**2 * CHANCE))
+    assert sharing == pytest.approx(0.85**2 / (0.15 * CHANCE_OF_RIVALS))
+    assert sharing < 0.95 / 0.05 < apart
 
 
 def test_one_of_the_poses_of_an_attempt_is_right_at_most():
