@@ -44,8 +44,10 @@ def export(arguments: Sequence[str]) -> int:
         return views_again(run, report, scanset)
 
     from mvreg.export.run import export as write
+    from mvreg.export.targets import Targets
 
-    tell(write(report, formats, out, scans, views))
+    targets = Targets.read(*asked.targets) if asked.targets else None
+    tell(write(report, formats, out, scans, views, targets))
     sys.stdout.write(f"written to {out}: {', '.join(each.name for each in formats)}\n")
     return 0
 
@@ -59,6 +61,13 @@ def _parser(formats: str) -> argparse.ArgumentParser:
     parser.add_argument("formats", nargs="*", metavar="FORMAT", help="one or more of the below")
     parser.add_argument("--out", type=Path, metavar="DIR", help="where to; by default RUN/export")
     parser.add_argument("--scans", type=Path, metavar="DIR", help="where the scans are now")
+    parser.add_argument(
+        "--targets",
+        nargs=2,
+        type=Path,
+        metavar=("MEASURED", "MAP"),
+        help="into the frame of a map: tables of targets as measured in scans, and as in the map",
+    )
     parser.add_argument("--list", action="store_true", help="list the formats, and do nothing else")
     return parser
 

@@ -10,6 +10,7 @@ from mvreg.errors import InputError, PluginError, few
 from mvreg.export.formats import Format, PointFormat
 from mvreg.export.model import Model
 from mvreg.export.placements import Component, Placements, placements
+from mvreg.export.targets import Targets
 from mvreg.types import ScanSet, View
 
 
@@ -19,6 +20,7 @@ def export(
     folder: Path,
     scans: Callable[[], ScanSet],
     views: Callable[[ScanSet], Sequence[View]],
+    targets: Targets | None = None,
 ) -> list[str]:
     """Write a run in some formats.
 
@@ -35,6 +37,8 @@ def export(
     views : callable
         The scans as they were registered, for the residuals of models; called only if a format
         has these. None may be returned: then points have no residuals.
+    targets : Targets, optional
+        Known in the frame of a map, into which all goes.
 
     Returns
     -------
@@ -48,7 +52,9 @@ def export(
     PluginError
         If a plugin's format fails; the other formats are written.
     """
-    found = placements(report)
+    found, told = placements(report), list[str]()
+    if targets is not None:
+        found, told = targets.in_map(found)
     formats = list(formats)
     scanset: ScanSet | None = None
     registered: Sequence[View] = ()
@@ -57,7 +63,7 @@ def export(
         _check(scanset, found)
         if any(isinstance(each, PointFormat) and each.residuals for each in formats):
             registered = views(scanset)
-    remarks = _missing(found)
+    remarks = [*told, *_missing(found)]
     failed: dict[str, PluginError] = {}
     for component in found.components:
         below = folder / f"component_{component.number}" if component.number > 1 else folder
