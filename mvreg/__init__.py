@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from mvreg.evaluation.assess import assess as assess
     from mvreg.evaluation.pose_errors import PoseErrors as PoseErrors
     from mvreg.evaluation.pose_errors import pose_errors as pose_errors
+    from mvreg.evaluation.relative import relative_covariance as relative_covariance
     from mvreg.library import dataset as dataset
     from mvreg.library import prepare as prepare
     from mvreg.library import register as register
@@ -59,6 +60,7 @@ _WHERE = {
     "pose_errors": "evaluation.pose_errors",
     "prepare": "library",
     "register": "library",
+    "relative_covariance": "evaluation.relative",
     "show": "report.page.inline",
 }
 

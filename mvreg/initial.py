@@ -49,7 +49,7 @@ def in_their_frame(result: Result, scans: Sequence[Scan]) -> Result:
     fixed = {scan.name: scan.initial for scan in scans if scan.fixed and scan.initial is not None}
     if not fixed:
         return result
-    covariances = dict(result.covariances)
+    covariances, scatter = dict(result.covariances), list(result.scatter)
     models = []
     for poses in (result.poses, *result.components):
         held = next((name for name in poses if name in fixed), None)
@@ -58,19 +58,14 @@ def in_their_frame(result: Result, scans: Sequence[Scan]) -> Result:
             continue
         motion = fixed[held] @ se3.invert(poses[held])
         models.append({name: fixed.get(name, motion @ pose) for name, pose in poses.items()})
-        turn = adjoint(motion)
+        turn = se3.adjoint(motion)
         covariances |= {
             name: turn @ covariances[name] @ turn.T for name in poses if name in covariances
         }
+        scatter = [
+            replace(one, twists=turn @ one.twists) if held in one.fixed else one for one in scatter
+        ]
     return replace(
-        result, poses=models[0], components=tuple(models[1:]), covariances=covariances, model=None
-    )
-
-
-def adjoint(transform: Array) -> Array:
-    """The matrix (6, 6) with ``T exp(v) = exp(Ad v) T``, of twists with the rotation first."""
-    rotation, shift = transform[:3, :3], transform[:3, 3]
-    found = np.zeros((6, 6))
-    found[:3, :3] = found[3:, 3:] = rotation
-    found[3:, :3] = se3.skew(shift) @ rotation
-    return found
+        result, poses=models[0], components=tuple(models[1:]), covariances=covariances,
+        scatter=tuple(scatter), model=None,
+    )  # fmt: skip

@@ -189,6 +189,15 @@ def _series(angle: Array) -> tuple[Array, Array, Array, Array]:
     return first, second, third, inverse
 
 
+def adjoint(transform: Array) -> Array:
+    """The matrix (6, 6) with ``T exp(v) = exp(Ad v) T``, of twists with the rotation first."""
+    rotation, shift = transform[:3, :3], transform[:3, 3]
+    found = np.zeros((6, 6))
+    found[:3, :3] = found[3:, 3:] = rotation
+    found[3:, :3] = skew(shift) @ rotation
+    return found
+
+
 def exp(twist: Array) -> Array:
     """The rigid motions (..., 4, 4) of twists (..., 6): three of rotation, three of translation.
 

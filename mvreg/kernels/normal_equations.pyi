@@ -1,17 +1,9 @@
 from mvreg.geometry.arrays import Array, Indices
-from mvreg.kernels.results import CellSums, NormalEquations
+from mvreg.kernels.results import GroupSums, NormalEquations
 
 def normal_equations(
     jacobian: Array, residuals: Array, weights: Array, ends: Indices, width: float
 ) -> NormalEquations: ...
-def cell_sums(
-    jacobian: Array,
-    residuals: Array,
-    weights: Array,
-    points: Array,
-    ends: Indices,
-    width: float,
-    low: Array,
-    edge: float,
-    across: Indices,
-) -> CellSums: ...
+def group_sums(
+    jacobian: Array, residuals: Array, weights: Array, groups: Indices, ends: Indices, width: float
+) -> GroupSums: ...

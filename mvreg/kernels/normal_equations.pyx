@@ -1,10 +1,8 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True
 # cython: initializedcheck=False
 # distutils: language = c++
-"""Residuals summed up: to robust normal equations, and to gradients in cells of space."""
+"""Residuals summed up to robust normal equations: of each way, and of groups in each way."""
 
-from libc.math cimport floor
-from libc.stdint cimport int64_t
 from libc.string cimport memcpy, memset
 from libcpp.algorithm cimport sort
 from libcpp.utility cimport pair
@@ -13,7 +11,7 @@ from libcpp.vector cimport vector
 import numpy as np
 
 from mvreg.kernels import checks
-from mvreg.kernels.results import CellSums, NormalEquations
+from mvreg.kernels.results import GroupSums, NormalEquations
 
 
 def normal_equations(jacobian, residuals, weights, ends, double width):
@@ -83,73 +81,67 @@ cdef void add(
             normal[6 * m + n] = normal[6 * n + m] = sums[6 * m + n]
 
 
-def cell_sums(jacobian, residuals, weights, points, ends, double width, low, double edge, across):
-    """The gradients ``J^T W r`` of each way's residuals in every cell of a grid, weighted as above.
+def group_sums(jacobian, residuals, weights, groups, ends, double width):
+    """The sums ``J^T W J`` and ``J^T W r`` of each way's residuals by group, weighted as above.
 
     The scores of clusters, of which a covariance that allows for correlation within them is made
-    (Liang and Zeger 1986).
+    (Liang and Zeger 1986), and the information of each.
 
     Parameters
     ----------
     jacobian, residuals, weights, ends, width
         As in `normal_equations`.
-    points : (M, 3) array
-        Where the residuals are.
-    low : (3,) array
-        Where the grid begins: no point is lower.
-    edge : float
-        Of its cells.
-    across : (3,) array
-        How many cells there are along x, y, z.
+    groups : (M,) array
+        The number of the group of each residual.
 
     Returns
     -------
-    CellSums
+    GroupSums
     """
     cdef const double[:, ::1] row = checks.floats("jacobian", jacobian, "M", 6)
-    cdef Py_ssize_t rows = row.shape[0], w, k, one
+    cdef Py_ssize_t rows = row.shape[0], w, k, one, first, last, size
     cdef const double[::1] residual = checks.floats("residuals", residuals, rows)
     cdef const double[::1] weight = checks.floats("weights", weights, rows)
-    cdef const double[:, ::1] point = checks.floats("points", points, rows, 3)
-    cdef const double[::1] start = checks.floats("low", low, 3)
-    cdef const int64_t[::1] size = checks.floats("across", across, 3, finite=True).astype(np.int64)
+    cdef const Py_ssize_t[::1] group = checks.integers("groups", groups, rows)
     cdef const Py_ssize_t[::1] end = checks.ends("ends", ends, rows)
     cdef Py_ssize_t count = end.shape[0] - 1
-    cdef vector[pair[int64_t, Py_ssize_t]] order
-    cdef vector[int64_t] cells
-    cdef vector[double] sums
-    cdef double square, share
-    cdef double* slopes = NULL
-    cdef int64_t key
-    cdef int m
-    checks.positive(edge=edge)
-    last = np.zeros(count + 1, dtype=np.intp)
-    cdef Py_ssize_t[::1] last_ = last
+    cdef vector[pair[Py_ssize_t, Py_ssize_t]] order
+    cdef vector[Py_ssize_t] names
+    cdef vector[double] sums, sorted_rows, sorted_residuals, sorted_weights
+    bounds = np.zeros(count + 1, dtype=np.intp)
+    cdef Py_ssize_t[::1] bound = bounds
     with nogil:
         for w in range(count):
-            order.resize(end[w + 1] - end[w])
-            for k in range(end[w], end[w + 1]):
-                key = 0
-                for m in range(3):
-                    key = key * size[m] + <int64_t> floor((point[k, m] - start[m]) / edge)
-                order[k - end[w]].first, order[k - end[w]].second = key, k
+            size = end[w + 1] - end[w]
+            order.resize(size)
+            sorted_rows.resize(6 * size)
+            sorted_residuals.resize(size)
+            sorted_weights.resize(size)
+            for k in range(size):
+                order[k].first, order[k].second = group[end[w] + k], end[w] + k
             sort(order.begin(), order.end())
-            for k in range(end[w + 1] - end[w]):
+            for k in range(size):
                 one = order[k].second
-                if k == 0 or order[k].first != order[k - 1].first:
-                    cells.push_back(order[k].first)
-                    sums.resize(6 * cells.size(), 0.0)
-                    slopes = &sums[6 * cells.size() - 6]
-                square = (residual[one] / width) * (residual[one] / width)
-                if square < 1:
-                    share = weight[one] * residual[one] * ((1 - square) * (1 - square))
-                    for m in range(6):
-                        slopes[m] += share * row[one, m]
-            last_[w + 1] = cells.size()
-    found = np.empty(cells.size(), dtype=np.int64), np.empty((cells.size(), 6))
-    cdef int64_t[::1] cell = found[0]
+                memcpy(&sorted_rows[6 * k], &row[one, 0], 6 * sizeof(double))
+                sorted_residuals[k], sorted_weights[k] = residual[one], weight[one]
+            first = 0
+            while first < size:
+                last = first + 1
+                while last < size and order[last].first == order[first].first:
+                    last += 1
+                names.push_back(order[first].first)
+                sums.resize(42 * names.size(), 0.0)
+                add(first, last, sorted_rows.data(), sorted_residuals.data(),
+                    sorted_weights.data(), width, &sums[42 * names.size() - 42],
+                    &sums[42 * names.size() - 6])
+                first = last
+            bound[w + 1] = names.size()
+    found = np.empty(names.size(), dtype=np.intp), np.empty((names.size(), 42))
+    cdef Py_ssize_t[::1] name = found[0]
     cdef double[:, ::1] sum_ = found[1]
-    if cells.size():
-        memcpy(&cell[0], cells.data(), cells.size() * sizeof(int64_t))
+    if names.size():
+        memcpy(&name[0], names.data(), names.size() * sizeof(Py_ssize_t))
         memcpy(&sum_[0, 0], sums.data(), sums.size() * sizeof(double))
-    return CellSums(last, *found)
+    return GroupSums(
+        bounds, found[0], found[1][:, :36].reshape(-1, 6, 6), found[1][:, 36:].copy()
+    )

@@ -178,18 +178,22 @@ class NormalEquations(NamedTuple):
     gradients: Array
 
 
-class CellSums(NamedTuple):
-    """Gradients in the cells of a grid, those of one way after those of another.
+class GroupSums(NamedTuple):
+    """Normal equations of groups of residuals, those of one way after those of another.
 
     Parameters
     ----------
     ends : (W + 1,) array
-        Where the cells of each way begin, and where those of the last one end.
-    cells : (C,) array
-        Numbers of the cells in which a way has residuals, ascending within a way.
-    sums : (C, 6) array
+        Where the groups of each way begin, and where those of the last one end.
+    groups : (C,) array
+        Numbers of the groups of which a way has residuals, ascending within a way.
+    normals : (C, 6, 6) array
+        ``J^T W J``.
+    gradients : (C, 6) array
+        ``J^T W r``.
     """
 
     ends: Indices
-    cells: Indices
-    sums: Array
+    groups: Indices
+    normals: Array
+    gradients: Array

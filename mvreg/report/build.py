@@ -93,7 +93,7 @@ def build_report(
             {**scan_row(scan.name, result, by_scan, assessment), "sensor": scanset.sensor_of(scan)}
             for scan in scanset.scans
         ],
-        "links": link_rows(assessment, result, [*chain(*surveyed.values())], resolution),
+        "links": link_rows(assessment, result, [*chain(*surveyed.values())], resolution, views),
         "loops": loop_rows({number: loop_closures(links) for number, links in surveyed.items()}),
         "pairs": pair_rows(result.pairs),
         "covariances": dict(result.covariances),

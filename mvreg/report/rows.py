@@ -13,10 +13,11 @@ from mvreg.evaluation.grade import (
     GREEN_STRENGTH,
 )
 from mvreg.evaluation.pose_errors import Consistency, PoseErrors, ScanError, consistency
-from mvreg.evaluation.records import Assessment, LinkAssessment, ScanAssessment
+from mvreg.evaluation.records import Assessment, LinkAssessment, ScanAssessment, Uncertainty
 from mvreg.evaluation.survey import LinkSurvey, LoopClosure
+from mvreg.geometry import se3
 from mvreg.report.deciding_pair import component_of, deciding_pair, joining_pair, reason_of
-from mvreg.types import Link, Pair, Result, View
+from mvreg.types import Array, Link, Pair, Result, View
 
 Row = dict[str, object]
 #: What a judge's reason begins with where several poses fit, or none is held.
@@ -68,13 +69,7 @@ def assessment_row(found: ScanAssessment) -> Row:
         "inlier_ratio": found.inlier_ratio,
         "rms": found.rms,
         "strength": list(found.strength),
-        "uncertainty": {
-            "angle_deg": off.rotation,
-            "translation": off.translation,
-            "axes_95": list(off.axes_95),
-        }
-        if off
-        else None,
+        "uncertainty": uncertainty_row(off) if off else None,
     }
 
 
@@ -83,10 +78,43 @@ def link_rows(
     result: Result,
     surveyed: Sequence[LinkSurvey],
     resolution: float | None,
+    views: Sequence[View],
 ) -> list[Row]:
     """The pairs of placed scans that overlap; with what an adjustment rests on, where it tells."""
     found = {frozenset((link.source, link.target)): link for link in surveyed}
-    return [_link_row(link, result.links, found, resolution) for link in assessment.links]
+    poses = {
+        name: pose for model in (result.poses, *result.components) for name, pose in model.items()
+    }
+    points = {view.name: view.points for view in views}
+    return [
+        _link_row(link, result.links, found, resolution)
+        | _relative_rows(link, result.links, poses, points)
+        for link in assessment.links
+    ]
+
+
+def _relative_rows(
+    link: LinkAssessment,
+    links: Sequence[Link],
+    poses: Mapping[str, Array],
+    points: Mapping[str, Array],
+) -> Row:
+    """How certain the pose of the source is relative to the target, where that is told."""
+    for other in links:
+        if (other.source, other.target) == (link.source, link.target):
+            if other.covariance is None:
+                break
+            pose = se3.invert(poses[link.target]) @ poses[link.source]
+            off = Uncertainty.of(other.covariance, pose, points[link.source])
+            return {"covariance": other.covariance, "uncertainty": uncertainty_row(off)}
+    return {"covariance": None, "uncertainty": None}
+
+
+def uncertainty_row(off: Uncertainty) -> Row:
+    """How far a pose may be off, by its covariance."""
+    return {
+        "angle_deg": off.rotation, "translation": off.translation, "axes_95": list(off.axes_95),
+    }  # fmt: skip
 
 
 def _link_row(

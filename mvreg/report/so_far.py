@@ -16,7 +16,7 @@ from mvreg.types import Result, ScanSet, View
 #: What is known of a link at the end only.
 MEASURED = (
     "rms", "rms_resolutions", "adjusted_points", "adjusted_rms", "p95", "weakest_axis",
-    "weakest_sigma",
+    "weakest_sigma", "covariance", "uncertainty",
 )  # fmt: skip
 
 

@@ -40,6 +40,7 @@ def totals(report: Report, folder: Path | None = None) -> Lines:
     for part in report.get("components") or []:
         lines += _error_line(f"component {part['number']}: ", part, report)
     lines += _consistency_lines(report)
+    lines += _relative_lines(report)
     lines += [Text(line, style="red") for line in _doubts(report) + _left_over(report)]
     return lines + (_folder_lines(folder) if folder else [])
 
@@ -110,6 +111,21 @@ def _consistency_lines(report: Report) -> list[str]:
         f"RMS {length(found['rms'], report)} {unit(report)} "
         f"({number(found['median_resolutions'], '.3f')} and "
         f"{number(found['rms_resolutions'], '.3f')} resolutions)"
+    ]
+
+
+def _relative_lines(report: Report) -> list[str]:
+    """How certain the relative poses of linked scans are, in the middle and at worst."""
+    found = [link for link in report.get("links") or [] if link.get("uncertainty")]
+    if not found:
+        return []
+    found.sort(key=lambda link: float(link["uncertainty"]["translation"]))
+    middle, worst = found[len(found) // 2]["uncertainty"], found[-1]
+    return [
+        f"relative poses of linked scans: +-{length(middle['translation'], report)} "
+        f"{unit(report)} and {number(middle['angle_deg'], '.4f')} deg in the median, "
+        f"+-{length(worst['uncertainty']['translation'], report)} {unit(report)} at most, of "
+        f"{worst['source']} and {worst['target']}"
     ]
 
 

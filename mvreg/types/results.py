@@ -12,6 +12,7 @@ from mvreg.errors import RecordError
 from mvreg.geometry.arrays import Array
 from mvreg.types import checks
 from mvreg.types.records import Verdict
+from mvreg.types.scatter import PoseScatter
 from mvreg.types.view import Model, View
 
 
@@ -49,19 +50,24 @@ class Link:
     """Two placed scans that overlap, under the poses of a result.
 
     `points` of the source lie on the target's surface, at a root mean square point-to-plane
-    distance of `rms` (length).
+    distance of `rms` (length). `covariance` (6, 6), where an adjustment tells it, is that of the
+    relative pose: of the small motion ``exp(twist) @ T_target_source`` in the target's frame, three
+    of rotation (radians) before three of translation (length).
     """
 
     source: str
     target: str
     points: int
     rms: float
+    covariance: Array | None = None
 
     def __post_init__(self) -> None:
         checks.text("Link.source", self.source)
         checks.text("Link.target", self.target)
         checks.length("Link.points", self.points)
         checks.length("Link.rms", self.rms)
+        if self.covariance is not None:
+            checks.floats("Link.covariance", self.covariance, 6, 6)
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,8 +80,9 @@ class Result:
     `pairs` has every attempt, in order; `model` is the merged view where the strategy keeps one.
     An `adjust` stage may add the `covariances` (6, 6) of the poses, of small motions
     ``exp(twist) @ T_model_scan``, three of rotation (radians) and three of translation (length),
-    and the `links` that it rests on. `views` are the scans as they were prepared, in the order in
-    which they were given; `mvreg.register` fills them in, strategies leave them empty.
+    the `links` that it rests on, and the `scatter` of all poses of a model at once, one for each
+    model, which `mvreg.relative_covariance` asks. `views` are the scans as they were prepared, in
+    the order in which they were given; `mvreg.register` fills them in, strategies leave them empty.
     """
 
     reference: str
@@ -86,6 +93,7 @@ class Result:
     components: tuple[Mapping[str, Array], ...] = ()
     covariances: Mapping[str, Array] = field(default_factory=dict)
     links: tuple[Link, ...] = ()
+    scatter: tuple[PoseScatter, ...] = field(default=(), repr=False)
     views: tuple[View, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:
@@ -96,7 +104,7 @@ class Result:
                 f"Result.poses: expected a pose of the reference {self.reference!r}, "
                 f"got poses of {', '.join(map(repr, poses)) or 'nothing'}"
             )
-        for name in ("unregistered", "pairs", "components", "links", "views"):
+        for name in ("unregistered", "pairs", "components", "links", "scatter", "views"):
             checks.instance(f"Result.{name}", getattr(self, name), tuple)
         components = tuple(
             checks.named_poses(f"Result.components[{index}]", one)
@@ -110,5 +118,7 @@ class Result:
             checks.floats(f"Result.covariances[{name!r}]", covariance, 6, 6)
         for index, link in enumerate(self.links):
             checks.instance(f"Result.links[{index}]", link, Link)
+        for index, scatter in enumerate(self.scatter):
+            checks.instance(f"Result.scatter[{index}]", scatter, PoseScatter)
         if self.model is not None:
             checks.instance("Result.model", self.model, Model)

@@ -150,16 +150,16 @@ def test_normal_equations(rng, count, width):
 
 
 @quick
-@given(rngs, st.integers(0, 200), st.sampled_from([1e-3, 1.0, 1e9]), st.sampled_from([0.1, 9.0]))
-def test_cell_sums(rng, count, width, edge):
-    values = (rng.normal(size=(count, 6)), rng.normal(size=count), rng.random(count))
-    points, ends = rng.uniform(-1, 1, size=(count, 3)), parts(rng, 3, count)
-    grid = (np.full(3, -1.0), edge, np.full(3, int(2 / edge) + 1))
-    found = normal_equations.cell_sums(*values, points, ends, width, *grid)
-    expected = plain.cell_sums(*values, points, ends, width, *grid)
+@given(rngs, st.integers(0, 200), st.sampled_from([1e-3, 1.0, 1e9]), st.sampled_from([1, 9]))
+def test_group_sums(rng, count, width, groups):
+    values = (rng.normal(size=(count, 6)), rng.normal(size=count), rng.random(count),
+              rng.integers(-2, groups, size=count), parts(rng, 3, count), width)  # fmt: skip
+    found, expected = normal_equations.group_sums(*values), plain.group_sums(*values)
     np.testing.assert_array_equal(found[0], expected[0])
     np.testing.assert_array_equal(found[1], expected[1])
     np.testing.assert_allclose(found[2], expected[2], rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(found[3], expected[3], rtol=1e-12, atol=1e-12)
+    np.testing.assert_array_equal(found[2], np.swapaxes(found[2], 1, 2))
 
 
 @quick
@@ -260,17 +260,16 @@ def test_wrong_rows_are_refused(rng):
 
 
 def test_wrong_sums_are_refused():
-    values, grid = (np.zeros((4, 6)), np.zeros(4), np.zeros(4)), (np.zeros(3), 1.0, np.ones(3))
+    values, groups = (np.zeros((4, 6)), np.zeros(4), np.zeros(4)), np.zeros(4, dtype=np.intp)
 
     def add(jacobian=values[0], residuals=values[1], weights=values[2], ends=(0, 4)):
         given = (jacobian, residuals, weights)
         equations = normal_equations.normal_equations(*given, ends, 1.0)
-        cells = normal_equations.cell_sums(*given, np.zeros((4, 3)), ends, 1.0, *grid)
-        return equations, cells
+        return equations, normal_equations.group_sums(*given, groups, ends, 1.0)
 
-    equations, cells = add()
+    equations, sums = add()
     assert equations.normals.shape == (1, 6, 6) and equations.gradients.shape == (1, 6)
-    assert cells.sums.shape == (1, 6)
+    assert sums.normals.shape == (1, 6, 6) and sums.gradients.shape == (1, 6)
     for wrong, said in (
         ({"jacobian": np.zeros((4, 5))}, r"jacobian: expected shape \(M, 6\)"),
         ({"residuals": np.zeros(3)}, r"residuals: expected shape \(4\), got \(3,\)"),
@@ -279,5 +278,5 @@ def test_wrong_sums_are_refused():
     ):
         with pytest.raises(ValueError, match=said):
             add(**wrong)
-    with pytest.raises(ValueError, match=r"points: expected shape \(4, 3\)"):
-        normal_equations.cell_sums(*values, np.zeros((3, 3)), [0, 4], 1.0, *grid)
+    with pytest.raises(ValueError, match=r"groups: expected shape \(4\), got \(3,\)"):
+        normal_equations.group_sums(*values, groups[:3], [0, 4], 1.0)

@@ -115,10 +115,9 @@ def cases():
         "normal_equations.normal_equations": (
             normal_equations.normal_equations, (m["jacobian"], twelve, twelve, ends, 1.0),
         ),
-        "normal_equations.cell_sums": (
-            normal_equations.cell_sums,
-            (m["jacobian"], twelve, twelve, points[:12], ends, 1.0, -9 * np.ones(3), 0.5,
-             np.array([40, 40, 40])),
+        "normal_equations.group_sums": (
+            normal_equations.group_sums,
+            (m["jacobian"], twelve, twelve, np.arange(12) % 5, ends, 1.0),
         ),
         "residuals.farthest": (residuals.farthest, (points, motion, motion)),
         "moments.moments": (moments.moments, (index, points, np.array([0.2, 0.5, 1.0]))),

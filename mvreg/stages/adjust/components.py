@@ -25,7 +25,7 @@ def over_components(result: Result, improve: Callable[[Result], Result]) -> Resu
         The `result` itself where nothing has changed.
     """
     parts = [
-        replace(result, components=(), covariances={}, links=()),
+        replace(result, components=(), covariances={}, links=(), scatter=()),
         *(Result(next(iter(poses)), poses, (), ()) for poses in result.components),
     ]
     found = [improve(part) for part in parts]
@@ -36,4 +36,5 @@ def over_components(result: Result, improve: Callable[[Result], Result]) -> Resu
         components=tuple(part.poses for part in found[1:]),
         covariances={name: c for part in found for name, c in part.covariances.items()},
         links=tuple(link for part in found for link in part.links),
+        scatter=tuple(scatter for part in found for scatter in part.scatter),
     )

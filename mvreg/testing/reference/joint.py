@@ -153,30 +153,24 @@ def normal_equations(
     return np.array(normals).reshape(-1, 6, 6), np.array(gradients).reshape(-1, 6)
 
 
-def cell_sums(
-    jacobian: Array,
-    residuals: Array,
-    weights: Array,
-    points: Array,
-    ends: Indices,
-    width: float,
-    low: Array,
-    edge: float,
-    across: Indices,
-) -> tuple[Indices, Indices, Array]:
-    """The gradients ``J^T W r`` of each way's residuals in every cell of a grid."""
-    square = (residuals / width) ** 2
-    weights = weights * np.where(square < 1, (1 - square) ** 2, 0.0)
-    slopes = jacobian * (weights * residuals)[:, None]
-    places = np.floor((points - low) / edge).astype(np.int64)
-    keys = (places[:, 0] * across[1] + places[:, 1]) * across[2] + places[:, 2]
-    counts, cells, sums = [0], [np.empty(0, dtype=np.int64)], [np.empty((0, 6))]
+def group_sums(
+    jacobian: Array, residuals: Array, weights: Array, groups: Indices, ends: Indices, width: float
+) -> tuple[Indices, Indices, Array, Array]:
+    """The sums ``J^T W J`` and ``J^T W r`` of each way's residuals by group."""
+    counts, names = [0], [np.empty(0, dtype=np.intp)]
+    normals, gradients = [np.empty((0, 6, 6))], [np.empty((0, 6))]
     for part in parts_of(ends):
-        found = np.unique(keys[part])
+        found = np.unique(groups[part])
         counts.append(len(found))
-        cells.append(found)
-        sums += [slopes[part][keys[part] == cell].sum(axis=0)[None] for cell in found]
-    return np.cumsum(counts), np.concatenate(cells), np.concatenate(sums)
+        names.append(found)
+        for group in found:
+            mine = groups[part] == group
+            values = jacobian[part][mine], residuals[part][mine], weights[part][mine]
+            sums = normal_equations(*values, np.array([0, mine.sum()]), width)
+            normals.append(sums[0])
+            gradients.append(sums[1])
+    sums = np.concatenate(normals), np.concatenate(gradients)
+    return np.cumsum(counts), np.concatenate(names), *sums
 
 
 def farthest(points: Array, before: Array, after: Array) -> float:

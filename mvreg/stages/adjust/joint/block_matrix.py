@@ -65,3 +65,17 @@ def some_columns(matrix: Any, start: int, stop: int) -> Array:
     columns = matrix[:, start:stop]
     found: Array = columns if isinstance(columns, np.ndarray) else columns.toarray()
     return found
+
+
+def blocks_at(matrix: Any, rows: Indices, columns: Indices, size: int = 6) -> Array:
+    """The blocks (B, size, size) of a matrix made by `of_blocks`, at places where it has some."""
+    if isinstance(matrix, np.ndarray):
+        many = len(matrix) // size
+        found: Array = matrix.reshape(many, size, many, size).swapaxes(1, 2)[rows, columns]
+        return found
+    blocks = matrix.tobsr((size, size))
+    blocks.sort_indices()
+    many = blocks.shape[0] // size
+    keys = np.repeat(np.arange(many), np.diff(blocks.indptr)) * many + blocks.indices
+    chosen: Array = blocks.data[np.searchsorted(keys, rows * many + columns)]
+    return chosen

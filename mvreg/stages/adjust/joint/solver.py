@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,13 +18,13 @@ from mvreg.stages.adjust.joint.correspondences import (
     contacts,
     touching,
 )
-from mvreg.stages.adjust.joint.covariance import covariances
+from mvreg.stages.adjust.joint.ending import Ending, Settled
 from mvreg.stages.adjust.joint.normal_equations import Frame, Rows, System, rows, spread
 from mvreg.stages.adjust.joint.surface import EXACT, Surface
 from mvreg.stages.adjust.joint.systematic import NONE, Systematic, systematic
 from mvreg.stages.adjust.joint.weighting import Pooled, by_noise, plainly, predicted
 from mvreg.surface.partners import well_spread
-from mvreg.types import Array, Link
+from mvreg.types import Array
 from mvreg.types.lazy import lazy
 from mvreg.types.view_graph import reachable
 
@@ -47,23 +47,6 @@ STEPS, SETTLED = 4, 0.3
 #: Systematic errors are estimated in so many rounds of a phase, and then stay: what changes with
 #: every round never comes to rest.
 ESTIMATED = 2
-#: Edge of the cells whose residuals are taken to be independent (radii of a patch). Patches reach
-#: over each other, and what they do not follow reaches further: with 4 the normalised squared
-#: errors of poses were 7 to 11 in the mean on the shapes of `experiments.accuracy.bound` instead of
-#: 6, with 8 they are 4 to 5.
-CELL = 7.0
-
-
-@dataclass(frozen=True, eq=False)
-class Settled:
-    """The converged poses that were free, their covariances, and the links that they rest on.
-
-    `poses` and `covariances` by name, as in `Result`; `links` are ordered pairs.
-    """
-
-    poses: Mapping[str, Array]
-    covariances: Mapping[str, Array]
-    links: tuple[Link, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,34 +188,11 @@ class Solver:
 
     def summary(self, end: Round) -> Settled:
         """Poses, covariances and links at convergence."""
-        motions, free = end.motions, list(end.free)
         assert end.contacts is not None
-        frame = Frame.of(self.surfaces, motions)
-        residuals = self.whitened(
-            rows(self.surfaces, motions, end.contacts, frame, flat=False), end.wrong
-        )
-        width = self.width(residuals)
-        system = System.of(residuals, free, width)
-        reach = np.median(np.concatenate([surface.reach for surface in self.surfaces]))
-        cell = CELL * float(reach) / frame.radius
-        known = covariances(residuals, system, frame, width, cell)
-        return Settled(
-            {self.names[k]: motions[k] for k in free},
-            {self.names[k]: np.zeros((6, 6)) for k in sorted(self.fixed)}
-            | {self.names[k]: block for k, block in zip(free, known, strict=True)},
-            tuple(self.links(residuals, width)),
-        )
-
-    def links(self, residuals: Rows, cut: float) -> list[Link]:
-        """The pairs of scans with the samples that lie on each other."""
-        ways = residuals.contacts.ways
-        inside = np.abs(residuals.residuals) < cut
-        each = np.repeat(np.arange(len(ways)), residuals.contacts.counts)[inside]
-        counts = np.bincount(each, minlength=len(ways))
-        squares = np.bincount(each, residuals.lengths[inside] ** 2, len(ways))
-        scatter = np.sqrt(squares / np.maximum(counts, 1))
-        return [
-            Link(self.names[i], self.names[j], int(count), float(rms))
-            for (i, j), count, rms in zip(ways.tolist(), counts, scatter, strict=True)
-            if count
-        ]
+        frame = Frame.of(self.surfaces, end.motions)
+        apart = rows(self.surfaces, end.motions, end.contacts, frame, flat=False)
+        residuals = self.whitened(apart, end.wrong)
+        return Ending(
+            self.surfaces, self.names, end.motions, end.free, sorted(self.fixed), frame,
+            residuals, self.width(residuals), self.known,
+        ).settled()  # fmt: skip

@@ -9,7 +9,8 @@ from typing import ClassVar
 from mvreg.contracts import Pipeline
 from mvreg.errors import InputError
 from mvreg.stages.adjust.components import over_components
-from mvreg.stages.adjust.joint.solver import Settled, Solver
+from mvreg.stages.adjust.joint.ending import Settled
+from mvreg.stages.adjust.joint.solver import Solver
 from mvreg.stages.adjust.joint.surface import surfaces
 from mvreg.surface.consistency import fit_score
 from mvreg.types import Array, Result, View
@@ -103,8 +104,9 @@ class JointRefinement:
         if settled is None:
             return result
         return replace(
-            result, poses=poses, covariances=settled.covariances, links=settled.links, model=None
-        )
+            result, poses=poses, covariances=settled.covariances, links=settled.links,
+            scatter=(settled.scatter,), model=None,
+        )  # fmt: skip
 
     def refined(
         self, poses: Mapping[str, Array], fixed: Collection[str], views: Sequence[View]

@@ -1,0 +1,116 @@
+"""What is told of a joint refinement at convergence: poses, how sure they are, and links."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mvreg.stages.adjust.joint.covariance import (
+    Blocks,
+    classes,
+    covariance_blocks,
+    pose_scatter,
+)
+from mvreg.stages.adjust.joint.normal_equations import Frame, Rows, System
+from mvreg.stages.adjust.joint.stiffness import stiffness
+from mvreg.stages.adjust.joint.surface import Surface
+from mvreg.stages.adjust.joint.weighting import RELIEF, Pooled
+from mvreg.types import Array, Indices, Link, PoseScatter
+
+#: Edge of the cells whose residuals are taken together (radii of a patch). Patches reach over each
+#: other, and what they do not follow reaches further; twice as large ones tell the same within a
+#: tenth, on the shapes of `experiments.accuracy.bound`.
+CELL = 7.0
+
+
+@dataclass(frozen=True, eq=False)
+class Settled:
+    """The converged poses that were free, their covariances, and the links that they rest on.
+
+    `poses` and `covariances` by name, as in `Result`; `links` are ordered pairs; `scatter` is that
+    of all the poses at once.
+    """
+
+    poses: Mapping[str, Array]
+    covariances: Mapping[str, Array]
+    links: tuple[Link, ...]
+    scatter: PoseScatter
+
+
+@dataclass(frozen=True, eq=False)
+class Ending:
+    """Where a refinement has come to rest.
+
+    Parameters
+    ----------
+    surfaces : sequence of Surface
+    names : tuple of str
+    motions : (N, 4, 4) array
+    free, held : sequences of int
+        The scans whose poses were free, and those whose poses were not.
+    frame : Frame
+    residuals : Rows
+        In units of what each is expected to be.
+    width : float
+        Of the kernel, in these units.
+    known : Pooled
+    """
+
+    surfaces: Sequence[Surface]
+    names: tuple[str, ...]
+    motions: Array
+    free: Sequence[int]
+    held: Sequence[int]
+    frame: Frame
+    residuals: Rows
+    width: float
+    known: Pooled
+
+    def settled(self) -> Settled:
+        """Poses, covariances and links."""
+        system = System.of(self.residuals, list(self.free), self.width)
+        scatter = self.scatter(system)
+        blocks = covariance_blocks(scatter)
+        place = {k: at for at, k in enumerate(self.free)} | dict.fromkeys(self.held, -1)
+        return Settled(
+            {self.names[k]: self.motions[k] for k in self.free},
+            {self.names[k]: blocks[place[k], place[k]] for k in (*self.held, *self.free)},
+            tuple(self.links(blocks, place)),
+            scatter,
+        )
+
+    def scatter(self, system: System) -> PoseScatter:
+        """How the free poses err together."""
+        reach = np.median(np.concatenate([surface.reach for surface in self.surfaces]))
+        stiff = stiffness(self.residuals, system, self.surfaces, self.motions, self.width)
+        return pose_scatter(
+            self.residuals, system, stiff, self.frame, self.width,
+            CELL * float(reach) / self.frame.radius, self.graded(),
+            ([self.names[k] for k in self.free], [self.names[k] for k in self.held]),
+        )  # fmt: skip
+
+    def graded(self) -> list[Indices]:
+        """Classes of residuals by how well the points of the cell are known, and of the patch."""
+        grades = classes(self.known.noise + RELIEF * self.known.misfit)
+        return [grades[places] for places in self.known.places(self.residuals.contacts)]
+
+    def links(self, blocks: Blocks, place: Mapping[int, int]) -> list[Link]:
+        """The pairs of scans with the samples that lie on each other, and how sure they are."""
+        ways = self.residuals.contacts.ways
+        inside = np.abs(self.residuals.residuals) < self.width
+        each = np.repeat(np.arange(len(ways)), self.residuals.contacts.counts)[inside]
+        counts = np.bincount(each, minlength=len(ways))
+        squares = np.bincount(each, self.residuals.lengths[inside] ** 2, len(ways))
+        scatter = np.sqrt(squares / np.maximum(counts, 1))
+        return [
+            Link(
+                self.names[i], self.names[j], count, rms,
+                blocks.relative(place[i], place[j], self.motions[j]),
+            )
+            for (i, j), count, rms in zip(
+                ways.tolist(), counts.tolist(), scatter.tolist(), strict=True
+            )
+            if count
+        ]  # fmt: skip

@@ -1,0 +1,55 @@
+"""How strongly surfaces hold poses, from normals whose noise does not add to it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from mvreg.stages.adjust.joint.block_matrix import of_blocks
+from mvreg.stages.adjust.joint.normal_equations import Rows, System, weight
+from mvreg.stages.adjust.joint.surface import Surface
+from mvreg.types import Array, Indices
+
+
+def stiffness(
+    found: Rows, system: System, surfaces: Sequence[Surface], motions: Array, width: float
+) -> object:
+    """The normal equations (6 F, 6 F) with the normals of both surfaces in each product.
+
+    ``J^T W J`` has the noise of the normals squared in it. Along a direction that the shape hardly
+    holds that is a share of what seems to hold it (errors in variables): poses then scatter more
+    than it says. Two scans know the normal of one place with noise that is independent, so the
+    product of the two has none in the mean (instrumental variables). Laid out as in
+    `block_matrix`.
+    """
+    turned = [
+        surface.normals @ motion[:3, :3].T
+        for surface, motion in zip(surfaces, motions, strict=True)
+    ]  # fmt: skip
+    weights = found.weights * weight(found.residuals, width)
+
+    def blocks(part: slice, ends: Indices) -> Array:
+        made = np.empty((len(ends) - 1, 6, 6))
+        for k, (source, _) in enumerate(found.contacts.ways[part]):
+            rows = slice(ends[k], ends[k + 1])
+            theirs = found.jacobian[rows]
+            mine = turned[source][found.contacts.samples[rows]]
+            along = (theirs[:, 3:] * mine).sum(axis=1)
+            size = np.linalg.norm(theirs[:, 3:], axis=1)
+            mine = mine * np.copysign(size, along)[:, None]
+            mine = np.hstack([np.cross(found.points[rows], mine), mine])
+            one = theirs.T @ (weights[rows, None] * mine)
+            made[k] = (one + one.T) / 2
+        return made
+
+    each = np.concatenate(found.in_parts(blocks))
+    source, target = system.place[found.contacts.ways].T
+    here, there = source >= 0, target >= 0
+    both, free = here & there, len(system.gradient) // 6
+    return of_blocks(
+        np.concatenate([each[here], each[there], -each[both], -each[both]]),
+        np.concatenate([source[here], target[there], source[both], target[both]]),
+        np.concatenate([source[here], target[there], target[both], source[both]]),
+        (free, free),
+    )

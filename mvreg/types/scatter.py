@@ -1,0 +1,56 @@
+"""How the poses of one model err together. Public as part of `mvreg.types`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from mvreg.errors import RecordError
+from mvreg.geometry.arrays import Array, Indices
+from mvreg.types import checks
+
+
+@dataclass(frozen=True, eq=False)
+class PoseScatter:
+    """The covariance of all the poses of a model at once, as an adjustment leaves it.
+
+    It is ``U S^-1 (V + M M^T) S^-1 U^T`` for sparse matrices of blocks S and V, of which those with
+    ``row <= column`` are listed; both are symmetric. `mvreg.relative_covariance` finds the blocks
+    that are asked for.
+
+    Parameters
+    ----------
+    names : tuple of str
+        The scans whose poses were free, in the order of the rows.
+    fixed : tuple of str
+        Those whose poses were held.
+    twists : (6, 6) array
+        U for each pose: twists about the model frame's origin, rotation (radians) before
+        translation (length), from the unknowns.
+    places : (B, 2) array
+        Row and column of each block.
+    stiffness, scores : (B, 6, 6) arrays
+        The blocks of S and V.
+    modes : (F, 6, K) array
+        M: errors that all poses share.
+    """
+
+    names: tuple[str, ...]
+    fixed: tuple[str, ...]
+    twists: Array
+    places: Indices
+    stiffness: Array
+    scores: Array
+    modes: Array
+
+    def __post_init__(self) -> None:
+        for name in (*self.names, *self.fixed):
+            checks.text("PoseScatter.names", name)
+        checks.floats("PoseScatter.twists", self.twists, 6, 6)
+        count = len(self.places)
+        checks.floats("PoseScatter.stiffness", self.stiffness, count, 6, 6)
+        checks.floats("PoseScatter.scores", self.scores, count, 6, 6)
+        if self.modes.ndim != 3 or self.modes.shape[:2] != (len(self.names), 6):
+            raise RecordError(
+                f"PoseScatter.modes: expected shape ({len(self.names)}, 6, K), "
+                f"got {self.modes.shape}"
+            )
