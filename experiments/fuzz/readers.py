@@ -69,7 +69,12 @@ class Reader:
         assert self.pipe is not None and self.process is not None
         try:
             spent, began = self.spent(), time.monotonic()
+            last = began
             while not self.pipe.poll(1.0):
+                now = time.monotonic()
+                if now - last > LONGEST / 2:  # both of us were stopped
+                    began += now - last
+                last = now
                 if self.spent() - spent > LIMIT or time.monotonic() - began > LONGEST:
                     self.stop()
                     return at, "hangs"

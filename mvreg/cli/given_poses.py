@@ -47,7 +47,7 @@ def judge(poses: Path, folder: Path, changes: Sequence[str] = (), out: Path | No
     from mvreg.cli.prepared import prepared
     from mvreg.config.compose import check, compose
     from mvreg.config.overrides import spelled
-    from mvreg.io import read_poses_and_remarks
+    from mvreg.io.poses import read_poses_and_remarks
     from mvreg.report.build import build_report
 
     known, rounded = read_poses_and_remarks(poses)

@@ -16,7 +16,8 @@ from mvreg.datasets.inspection import inspect_scans
 from mvreg.datasets.large import MOST_POINTS
 from mvreg.datasets.no_returns import remark_on_zeros
 from mvreg.errors import InputError, few
-from mvreg.io import ReadOptions, read_poses_and_remarks
+from mvreg.io import ReadOptions
+from mvreg.io.poses import read_poses_and_remarks
 from mvreg.io.text import check_columns
 from mvreg.plugins import manager
 from mvreg.types import Array, Input, ScanSet

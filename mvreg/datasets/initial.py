@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from mvreg.errors import InputError, few
-from mvreg.io import read_poses_and_remarks
+from mvreg.io.poses import read_poses_and_remarks
 from mvreg.types import Array, Scan, ScanSet
 
 #: Take the poses that the files of the scans have.

@@ -14,7 +14,7 @@ from mvreg.io.points import (
     read_points,
     whole_scan,
 )
-from mvreg.io.poses import read_poses, read_poses_and_remarks
+from mvreg.io.poses import read_poses
 
 __all__ = [
     "FORMATS",
@@ -31,7 +31,6 @@ __all__ = [
     "read_clouds",
     "read_points",
     "read_poses",
-    "read_poses_and_remarks",
     "whole_scan",
     "write_ply",
     "write_ply_clouds",

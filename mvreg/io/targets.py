@@ -52,7 +52,7 @@ def read_targets(path: str | Path) -> list[Target]:
         raise InputError(f"{path}: expected text in UTF-8: {error}") from error
     lines = [(number, line) for number, line in enumerate(text.splitlines(), 1)
              if line.strip() and not line.lstrip().startswith("#")]  # fmt: skip
-    rows = [(number, _cells(line)) for number, line in lines]
+    rows = [(number, _cells(line, number, path)) for number, line in lines]
     if not rows:
         raise InputError(f"{path}: expected targets, a name and x, y, z in each line; found none")
     columns, has_heading = _columns(rows[0][1], path)
@@ -67,12 +67,15 @@ def read_targets(path: str | Path) -> list[Target]:
     return found
 
 
-def _cells(line: str) -> list[str]:
+def _cells(line: str, number: int, path: Path) -> list[str]:
     words = line.split()
     decimal = all(_number(word) is not None and not word.endswith(",") for word in words[-3:])
     for separator in "\t;" if len(words) > 3 and decimal else "\t;,":
         if separator in line:
-            return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
+            try:
+                return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
+            except csv.Error as error:
+                raise InputError(f"{path}, line {number}: no row of a table: {error}") from error
     return words
 
 

@@ -13,7 +13,8 @@ from scipy.spatial import cKDTree
 
 from mvreg.errors import InputError
 from mvreg.geometry import se3
-from mvreg.io import read_points, read_poses, read_poses_and_remarks
+from mvreg.io import read_points, read_poses
+from mvreg.io.poses import read_poses_and_remarks
 
 
 def write(path: Path, content: object) -> Path:

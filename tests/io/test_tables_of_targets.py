@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from mvreg.errors import InputError
 from mvreg.io.targets import read_targets
@@ -53,6 +55,25 @@ def test_that_what_is_no_table_of_targets_is_told(tmp_path, text, said):
     path.write_text(text)
     with pytest.raises(InputError, match=said):
         read_targets(path)
+
+
+@settings(
+    max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(
+    st.binary(max_size=80)
+    | st.text('Tx1 ,;\t\n"\r\0.-e#', max_size=60).map(str.encode)
+    | st.just(b"T,1,2," + b"3" * 200_000)
+)
+def test_that_garbage_is_refused(tmp_path, content):
+    path = tmp_path / "a.txt"
+    path.write_bytes(content)
+    try:
+        found = read_targets(path)
+    except InputError as error:
+        assert str(path) in str(error)
+    else:
+        assert all(each.name and np.isfinite(each.position).all() for each in found)
 
 
 def test_that_files_that_cannot_be_read_are_named(tmp_path):

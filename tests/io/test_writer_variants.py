@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from manner_variants import MANNER
 from writer_variants import ALL, COLOURS, FACES, INTENSITY, NORMALS, POINTS, RGB, UP, Variant
 
 import mvreg.io
@@ -39,7 +40,7 @@ def check(found: mvreg.io.PointCloud, variant: Variant) -> None:
         np.testing.assert_allclose(corners, POINTS[FACES], rtol=0, atol=variant.close)
 
 
-@pytest.mark.parametrize("variant", ALL, ids=lambda v: f"{v.writer}, {v.what}")
+@pytest.mark.parametrize("variant", [*ALL, *MANNER], ids=lambda v: f"{v.writer}, {v.what}")
 def test_a_variant_is_read_right_or_refused_by_name(
     variant: Variant, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -57,4 +58,6 @@ def test_the_table_counts_the_variants() -> None:
     text = (Path(mvreg.io.__file__).parent / "README.md").read_text()
     rows = re.findall(r"^\| ([\w' ]+?) [\d.]+ \| (\d+) \|", text, re.MULTILINE)
     assert {name: int(count) for name, count in rows} == Counter(v.writer for v in ALL)
+    manner = re.search(r"^(\d+) more files are made in the manner of", text, re.MULTILINE)
+    assert manner is not None and int(manner[1]) == len(MANNER)
     assert len(ALL) == len({(v.writer, v.what) for v in ALL})

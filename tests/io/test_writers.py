@@ -151,6 +151,29 @@ def test_e57_in_double_precision_16_bits_and_many_rows(tmp_path: Path) -> None:
     np.testing.assert_array_equal(cloud.view_point, np.zeros(3))  # by row and column
 
 
+def test_e57_of_scaled_integers(tmp_path: Path) -> None:
+    """Thousandths about an offset, as several scanners' programs write coordinates."""
+    pye57 = need("pye57")
+    libe57 = pye57.libe57
+
+    def scaled(offset: float) -> Any:
+        return lambda image: libe57.ScaledIntegerNode(image, 0, -50_000, 50_000, 1e-3, offset)
+
+    fields = {
+        name: (scaled(shift), POINTS[:, i].copy())
+        for i, (name, shift) in enumerate(zip(columns(), SHIFT, strict=True))
+    }
+    intensity = libe57.ScaledIntegerNode
+    fields["intensity"] = (
+        lambda image: intensity(image, 0, 0, 4095, 1 / 4095, 0.0), COUNT / 4095.0
+    )  # fmt: skip
+    path = tmp_path / "a.e57"
+    write_low_level(path, fields, libe57, pye57)
+    cloud = read_cloud(path)
+    np.testing.assert_allclose(cloud.points, POINTS, rtol=0, atol=2e-9)
+    np.testing.assert_allclose(cloud.attributes["intensity"], COUNT / 4095.0, atol=1e-7)
+
+
 def test_e57_in_spherical_coordinates(tmp_path: Path) -> None:
     pye57 = need("pye57")
     libe57 = pye57.libe57
