@@ -96,8 +96,9 @@ def _mirrored(position: Array, own: Sampled, length: float) -> Array:
     normals, points = own.normals[few], own.points[few]
     heights = own.points @ normals.T - (points * normals).sum(axis=1)
     best = int((np.abs(heights) <= FLAT * length).sum(axis=0).argmax())
-    away: Array = position - points[best]
-    return position - 2 * (away @ normals[best]) * normals[best]
+    away = position - points[best]
+    image: Array = position - 2 * (away @ normals[best]) * normals[best]
+    return image
 
 
 def _starts(own: Sampled) -> tuple[Array, float]:
