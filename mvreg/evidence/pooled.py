@@ -121,7 +121,7 @@ class Evidence:
             return "the scans barely overlap"
         if self.ambiguous:
             return "ambiguous: the overlap can slide along itself"
-        if self.violation is not None and self.violation > 0.06:
+        if self.violation is not None and self.violation > 0.05:
             return "free-space violation: a surface lies where the other sensor saw free space"
         if self.residual > 6:
             return "the surfaces do not coincide"

@@ -23,6 +23,11 @@ NEGLIGIBLE = 0.1
 CLEARLY = 100.0
 
 
+#: A pose under which more of the points float is not compared with others by what floats: it may be
+#: wrong as they are, and fit a little better. Of a facade the right poses have 0.005 and less.
+HARDLY = 0.005
+
+
 def odds(probability: float) -> float:
     """The odds of a probability; a thousand million at most."""
     return probability / max(1 - probability, 1e-9)
@@ -156,6 +161,8 @@ class EvidenceJudge:
             if likely < NEGLIGIBLE * self.max_alternative:
                 return likely
         rival = pool_evidence(view_pairs(source, target, T_target_source))
+        if evidence.violation is None or evidence.violation > HARDLY:
+            return rival.plausibility
         better = evidence.log_odds_over(rival)
         beside = odds(evidence.probability) * np.exp(-better)
         return float(

@@ -79,14 +79,11 @@ class Bundle:
     def wrong(self) -> float:
         """That they are wrong, and agree by chance if there are two.
 
-        Two that share a view are wrong together: what looks like one end of a hall to a scan of the
-        other looks so to the scan beside it.
+        They are wrong together: what looks like one end of a hall to a scan of the other looks so
+        to the scan beside it.
         """
-        wrong = [1 - one.probability for one in self.counted]
-        if len(wrong) > 1 and self.counted[0].pair & self.counted[1].pair:
-            return float(wrong[0] * CHANCE_OF_RIVALS)
-        chances = sorted(one.chance for one in self.counted)
-        return float(np.prod(wrong) * np.prod(chances[1:]))
+        wrong = 1 - self.counted[0].probability
+        return float(wrong * (CHANCE_OF_RIVALS if len(self.counted) > 1 else 1.0))
 
     @property
     def chance(self) -> float:
