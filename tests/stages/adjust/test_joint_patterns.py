@@ -8,6 +8,7 @@ import pytest
 import mvreg
 from mvreg.errors import RecordError
 from mvreg.geometry import se3
+from mvreg.report.build import build_report
 from mvreg.stages.adjust.joint.stage import JointRefinement
 from mvreg.types import Pattern, Result
 
@@ -67,6 +68,21 @@ def test_a_bent_scan_is_named_with_how_far_it_is_bent():
     found = told(figurine, bent)
     assert (wrong.name, "bend") in found
     assert found[wrong.name, "bend"].size == pytest.approx(moved[0], rel=0.5)
+
+
+def test_the_report_and_its_remarks_have_them():
+    from observed import apart, view_of
+
+    found, before = apart()[0].scanset, apart()[-1]
+    pattern = Pattern("b.ply", "bend", -0.25, 0.03)
+    result = replace(before.result, patterns=(pattern,))
+    about = {"method": "auto", "rng": 3, "seconds": {}, "config": {}}
+    report = build_report(found, [view_of(scan) for scan in found.scans], result, **about)
+    assert report["patterns"] == [
+        {"scan": "b.ply", "kind": "bend", "size": -0.25, "deviation": 0.03}
+    ]
+    assert str(pattern) in report["remarks"]
+    assert str(pattern).startswith("b.ply: it is bent beside the others: points are off by -0.25")
 
 
 def test_a_pattern_of_another_kind_is_refused():
