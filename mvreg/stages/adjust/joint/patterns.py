@@ -54,24 +54,25 @@ def patterns(
     told = list[Pattern]()
     for again in range(ROUNDS):
         kept = found.weights * weight(residuals, width)
-        normal, gradient, modes = _sums(found, columns, kept, residuals, graded, count)
+        last = again == ROUNDS - 1
+        classed = graded if last else ()
+        normal, gradient, modes = _sums(found, columns, kept, residuals, classed, count)
         size = variance(replace(found, residuals=residuals))
         prior = np.zeros((count, ALL))
         prior[:, SCALE:] = size / PRIOR**2
         prior[list(held), :SCALE] = STIFF * normal.diagonal().max()
         solve = solver(normal + np.diag(prior.ravel()), 0.0)
         inverse = size * solve(np.eye(count * ALL))
-        if again:  # classes of points tell of chance once the patterns are taken out of them
+        if last:  # classes of points tell of chance once the patterns are taken out of them
             shared = solve(modes.reshape(-1, count * ALL).T)
             inverse += shared @ shared.T
         else:
-            values = -solve(gradient.ravel()).reshape(count, ALL)
-        whole = inverse.reshape(count, ALL, count, ALL)
-        told = _told(shapes, values, whole, names, resolution, SURE if again else SUSPECT)
-        if not (told or again):
-            break
-        if again:
             values = values - solve((gradient + prior * values).ravel()).reshape(count, ALL)
+        whole = inverse.reshape(count, ALL, count, ALL)
+        if last or not again:
+            told = _told(shapes, values, whole, names, resolution, SURE if last else SUSPECT)
+        if last or not told:
+            break
         residuals = found.residuals + _changes(found, columns, values)
     return tuple(told)
 
