@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from itertools import chain
 
 from mvreg.evaluation.assess import assess
@@ -97,6 +98,7 @@ def build_report(
         "loops": loop_rows({number: loop_closures(links) for number, links in surveyed.items()}),
         "pairs": pair_rows(result.pairs),
         "covariances": dict(result.covariances),
+        "patterns": [asdict(pattern) for pattern in result.patterns],
         "truth": None if scanset.poses is None else dict(scanset.poses),
         "objects": None if scanset.objects is None else dict(scanset.objects),
         "motions": dict(scanset.motions),
@@ -105,6 +107,7 @@ def build_report(
             *scanset.remarks,
             *remark_on_largest_range(scanset.scans),
             *assessment.remarks,
+            *map(str, result.patterns),
         ],
         "config": dict(config),
         **provenance(),

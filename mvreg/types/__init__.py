@@ -13,7 +13,7 @@ from mvreg.types.pointlike import PointLike
 from mvreg.types.records import Candidates, Matches, Registration, Verdict
 from mvreg.types.results import Link, Pair, Result
 from mvreg.types.scan import Scan, ScanSet
-from mvreg.types.scatter import PoseScatter
+from mvreg.types.scatter import Pattern, PoseScatter
 from mvreg.types.view import (
     Features,
     Model,
@@ -41,6 +41,7 @@ __all__ = [
     "Pair",
     "Part",
     "Places",
+    "Pattern",
     "PointLike",
     "PoseScatter",
     "Registration",

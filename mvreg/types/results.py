@@ -12,7 +12,7 @@ from mvreg.errors import RecordError
 from mvreg.geometry.arrays import Array
 from mvreg.types import checks
 from mvreg.types.records import Verdict
-from mvreg.types.scatter import PoseScatter
+from mvreg.types.scatter import Pattern, PoseScatter
 from mvreg.types.view import Model, View
 
 
@@ -80,9 +80,10 @@ class Result:
     `pairs` has every attempt, in order; `model` is the merged view where the strategy keeps one.
     An `adjust` stage may add the `covariances` (6, 6) of the poses, of small motions
     ``exp(twist) @ T_model_scan``, three of rotation (radians) and three of translation (length),
-    the `links` that it rests on, and the `scatter` of all poses of a model at once, one for each
-    model, which `mvreg.relative_covariance` asks. `views` are the scans as they were prepared, in
-    the order in which they were given; `mvreg.register` fills them in, strategies leave them empty.
+    the `links` that it rests on, the `scatter` of all poses of a model at once, one for each
+    model, which `mvreg.relative_covariance` asks, and `patterns`, systematic errors of scans.
+    `views` are the scans as they were prepared, in the order in which they were given;
+    `mvreg.register` fills them in, strategies leave them empty.
     """
 
     reference: str
@@ -94,6 +95,7 @@ class Result:
     covariances: Mapping[str, Array] = field(default_factory=dict)
     links: tuple[Link, ...] = ()
     scatter: tuple[PoseScatter, ...] = field(default=(), repr=False)
+    patterns: tuple[Pattern, ...] = ()
     views: tuple[View, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:
@@ -104,7 +106,15 @@ class Result:
                 f"Result.poses: expected a pose of the reference {self.reference!r}, "
                 f"got poses of {', '.join(map(repr, poses)) or 'nothing'}"
             )
-        for name in ("unregistered", "pairs", "components", "links", "scatter", "views"):
+        for name in (
+            "unregistered",
+            "pairs",
+            "components",
+            "links",
+            "scatter",
+            "patterns",
+            "views",
+        ):
             checks.instance(f"Result.{name}", getattr(self, name), tuple)
         components = tuple(
             checks.named_poses(f"Result.components[{index}]", one)

@@ -1,4 +1,7 @@
-"""How the poses of one model err together. Public as part of `mvreg.types`."""
+"""How the poses of one model err together, and what is off in single scans.
+
+Public as part of `mvreg.types`.
+"""
 
 from __future__ import annotations
 
@@ -54,3 +57,42 @@ class PoseScatter:
                 f"PoseScatter.modes: expected shape ({len(self.names)}, 6, K), "
                 f"got {self.modes.shape}"
             )
+
+
+#: What a pattern is, in words, with its size and the deviation of that.
+SAID = {
+    "scale": "its scale is off by {size:+.1e} (+-{deviation:.1e}) beside that of the others",
+    "bend": "it is bent beside the others: points are off by {size:.2g} (+-{deviation:.1g}) "
+    "in the root mean square",
+}
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """A systematic error of a scan, by the pattern of its residuals to the others.
+
+    Parameters
+    ----------
+    scan : str
+    kind : str
+        "scale": lengths in the scan are too large by the share `size`; or "bend": root mean square
+        of how far points are off along the view, by the square of how far they are off its middle
+        (length, positive where the rim is off towards the sensor). Both beside the median of all
+        scans: what all share cannot be seen.
+    size, deviation : float
+        And the standard deviation of that.
+    """
+
+    scan: str
+    kind: str
+    size: float
+    deviation: float
+
+    def __post_init__(self) -> None:
+        checks.text("Pattern.scan", self.scan)
+        if self.kind not in SAID:
+            raise RecordError(f"Pattern.kind: expected one of {', '.join(SAID)}, got {self.kind!r}")
+        checks.length("Pattern.deviation", self.deviation)
+
+    def __str__(self) -> str:
+        return f"{self.scan}: {SAID[self.kind].format(size=self.size, deviation=self.deviation)}"

@@ -25,7 +25,7 @@ def over_components(result: Result, improve: Callable[[Result], Result]) -> Resu
         The `result` itself where nothing has changed.
     """
     parts = [
-        replace(result, components=(), covariances={}, links=(), scatter=()),
+        replace(result, components=(), covariances={}, links=(), scatter=(), patterns=()),
         *(Result(next(iter(poses)), poses, (), ()) for poses in result.components),
     ]
     found = [improve(part) for part in parts]
@@ -36,5 +36,6 @@ def over_components(result: Result, improve: Callable[[Result], Result]) -> Resu
         components=tuple(part.poses for part in found[1:]),
         covariances={name: c for part in found for name, c in part.covariances.items()},
         links=tuple(link for part in found for link in part.links),
+        patterns=tuple(pattern for part in found for pattern in part.patterns),
         scatter=tuple(scatter for part in found for scatter in part.scatter),
     )

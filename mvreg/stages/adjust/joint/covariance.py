@@ -80,7 +80,7 @@ def pose_scatter(
     """
     # A robust optimum is flatter than its weights say (Huber 1981, Section 7.6).
     flatter = _total(found, width, weight) / max(_total(found, width, curvature), 1e-12)
-    variance = cell_variance(found, system, width, cell)
+    variance = flatter**2 * cell_variance(found, system, width, cell)
     modes = [np.zeros((len(names[0]), 6, 0))]
     for groups in graded:
         classed = Clusters.of(found, system, groups, width)
@@ -93,7 +93,7 @@ def pose_scatter(
     held[own] += (least or 1.0) * np.eye(6)
     return PoseScatter(
         tuple(names[0]), tuple(names[1]), frame.twists, places, held,
-        flatter**2 * variance * scores, flatter * np.concatenate(modes, axis=2),
+        variance * scores, flatter * np.concatenate(modes, axis=2),
     )  # fmt: skip
 
 
@@ -107,10 +107,10 @@ def cell_variance(found: Rows, system: System, width: float, cell: float) -> flo
     return clusters.variance
 
 
-def covariance_blocks(scatter: PoseScatter, pairs: Sequence[tuple[int, int]] = ()) -> Blocks:
+def covariance_blocks(scatter: PoseScatter) -> Blocks:
     """Covariances of the free poses' twists about the model frame's origin: each pose's, and more.
 
-    Those of `pairs` are found where the two are joined by contacts, however many scans there are.
+    Those of two poses are found where contacts join them, however many scans there are.
     """
     count = len(scatter.names)
     stiff = _matrix(scatter, scatter.stiffness)

@@ -9,15 +9,17 @@ import numpy as np
 
 from mvreg.stages.adjust.joint.covariance import (
     Blocks,
+    cell_variance,
     classes,
     covariance_blocks,
     pose_scatter,
 )
 from mvreg.stages.adjust.joint.normal_equations import Frame, Rows, System
+from mvreg.stages.adjust.joint.patterns import patterns
 from mvreg.stages.adjust.joint.stiffness import stiffness
 from mvreg.stages.adjust.joint.surface import Surface
 from mvreg.stages.adjust.joint.weighting import RELIEF, Pooled
-from mvreg.types import Array, Indices, Link, PoseScatter
+from mvreg.types import Array, Indices, Link, Pattern, PoseScatter
 
 #: Edge of the cells whose residuals are taken together (radii of a patch). Patches reach over each
 #: other, and what they do not follow reaches further; twice as large ones tell the same within a
@@ -30,13 +32,14 @@ class Settled:
     """The converged poses that were free, their covariances, and the links that they rest on.
 
     `poses` and `covariances` by name, as in `Result`; `links` are ordered pairs; `scatter` is that
-    of all the poses at once.
+    of all the poses at once; `patterns` are systematic errors of scans.
     """
 
     poses: Mapping[str, Array]
     covariances: Mapping[str, Array]
     links: tuple[Link, ...]
     scatter: PoseScatter
+    patterns: tuple[Pattern, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +59,7 @@ class Ending:
     width : float
         Of the kernel, in these units.
     known : Pooled
+    resolution : float
     """
 
     surfaces: Sequence[Surface]
@@ -67,6 +71,7 @@ class Ending:
     residuals: Rows
     width: float
     known: Pooled
+    resolution: float
 
     def settled(self) -> Settled:
         """Poses, covariances and links."""
@@ -79,15 +84,29 @@ class Ending:
             {self.names[k]: blocks[place[k], place[k]] for k in (*self.held, *self.free)},
             tuple(self.links(blocks, place)),
             scatter,
+            self.patterns(system),
         )
+
+    def patterns(self, system: System) -> tuple[Pattern, ...]:
+        """What is off in single scans."""
+        return patterns(
+            self.residuals, self.surfaces, self.motions, self.held, self.frame, self.width,
+            lambda rows: cell_variance(rows, system, self.width, self.cell), self.graded(),
+            self.names, self.resolution,
+        )  # fmt: skip
+
+    @property
+    def cell(self) -> float:
+        """Edge of the cells, in the frame's radius."""
+        reach = np.median(np.concatenate([surface.reach for surface in self.surfaces]))
+        return CELL * float(reach) / self.frame.radius
 
     def scatter(self, system: System) -> PoseScatter:
         """How the free poses err together."""
-        reach = np.median(np.concatenate([surface.reach for surface in self.surfaces]))
         stiff = stiffness(self.residuals, system, self.surfaces, self.motions, self.width)
         return pose_scatter(
             self.residuals, system, stiff, self.frame, self.width,
-            CELL * float(reach) / self.frame.radius, self.graded(),
+            self.cell, self.graded(),
             ([self.names[k] for k in self.free], [self.names[k] for k in self.held]),
         )  # fmt: skip
 

@@ -209,5 +209,5 @@ class Solver:
         residuals = self.whitened(apart, end.trust)
         return Ending(
             self.surfaces, self.names, end.motions, end.free, sorted(self.fixed), frame,
-            residuals, self.width(residuals), self.known,
+            residuals, self.width(residuals), self.known, self.resolution,
         ).settled()  # fmt: skip

@@ -105,7 +105,7 @@ class JointRefinement:
             return result
         return replace(
             result, poses=poses, covariances=settled.covariances, links=settled.links,
-            scatter=(settled.scatter,), model=None,
+            scatter=(settled.scatter,), patterns=settled.patterns, model=None,
         )  # fmt: skip
 
     def refined(
