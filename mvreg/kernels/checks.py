@@ -17,7 +17,7 @@ from mvreg.errors import InputError, RecordError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from mvreg.geometry.arrays import Array, Indices
+    from mvreg.geometry.arrays import Array, Indices, Places
 
 FLOAT = np.dtype(np.float64)
 
@@ -57,6 +57,25 @@ def integers(name: str, values: Any, *shape: int | str) -> Indices:
     array: Indices = np.ascontiguousarray(given, dtype=np.intp)
     _check_shape(name, array, shape)
     return array
+
+
+def places(name: str, values: Any, *shape: int | str) -> Places:
+    """`integers` as C's int.
+
+    Raises
+    ------
+    RecordError
+        As `integers` does, and for numbers that C's int does not hold.
+    """
+    if type(values) is np.ndarray and values.dtype == np.intc:
+        array: Places = np.ascontiguousarray(values)
+        _check_shape(name, array, shape)
+        return array
+    limits = np.iinfo(np.intc)
+    wide = integers(name, values, *shape)
+    if wide.size and (wide.min() < limits.min or wide.max() > limits.max):
+        raise RecordError(f"{name}: expected {limits.bits} bits a number, got {wide.max()}")
+    return wide.astype(np.intc)
 
 
 def indices(name: str, values: Any, size: int, *shape: int | str) -> Indices:

@@ -64,7 +64,7 @@ def contacts(
     cdef vector[double] motion = placed(motions, count)
     cdef const Py_ssize_t[:, ::1] way = checks.indices("ways", ways, count, "W", 2)
     cdef const unsigned char[::1] signs = checks.flags("oriented", oriented, count)
-    cdef vector[Py_ssize_t] samples, patches
+    cdef vector[int] samples, patches
     cdef Patches source, target
     cdef Gate gate
     if stride < 1:
@@ -85,7 +85,7 @@ def contacts(
 
 cdef void touch(
     Patches source, Patches target, const double* from_source, const double* from_target,
-    const Gate* gate, vector[Py_ssize_t]& samples, vector[Py_ssize_t]& patches
+    const Gate* gate, vector[int]& samples, vector[int]& patches
 ) noexcept nogil:
     """Add the contacts of one surface with another."""
     cdef Motion motion
@@ -102,8 +102,8 @@ cdef void touch(
             squared = gate.squared
             found = target.tree.find(x, &squared)
             if found >= 0 and agree(here, &target.patch[found], x, motion, gate):
-                samples.push_back(k)
-                patches.push_back(found)
+                samples.push_back(<int> k)
+                patches.push_back(<int> found)
 
 
 cdef inline bint agree(
@@ -123,9 +123,9 @@ cdef inline bint agree(
     return (cosine if gate.oriented else fabs(cosine)) > gate.least_cosine
 
 
-cdef of_vector(vector[Py_ssize_t]& values):
-    found = np.empty(values.size(), dtype=np.intp)
-    cdef Py_ssize_t[::1] view = found
+cdef of_vector(vector[int]& values):
+    found = np.empty(values.size(), dtype=np.intc)
+    cdef int[::1] view = found
     if values.size():
-        memcpy(&view[0], values.data(), values.size() * sizeof(Py_ssize_t))
+        memcpy(&view[0], values.data(), values.size() * sizeof(int))
     return found

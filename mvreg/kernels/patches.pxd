@@ -5,6 +5,7 @@
 from libc.math cimport sqrt
 from libcpp.vector cimport vector
 
+from mvreg.kernels.linear cimport dot, turn_back
 from mvreg.kernels.tree cimport Tree
 
 cdef struct Patch:
@@ -33,20 +34,24 @@ cdef inline double height(
     const Patch* patch, const double* x, bint flat, double* normal, double* aside
 ) noexcept nogil:
     """How far a point is from a patch; the surface's normal there; how far along it (squared)."""
-    return height_of_cell(patch, x, NULL, flat, normal, aside)
+    return height_of_cell(patch, x, NULL, NULL, flat, normal, aside)
 
 
 cdef inline double height_of_cell(
-    const Patch* patch, const double* x, const double* spread, bint flat, double* normal,
-    double* aside
+    const Patch* patch, const double* x, const double* spread, const double* motion, bint flat,
+    double* normal, double* aside
 ) noexcept nogil:
     """`height` of the mean of points with a covariance (9 numbers), averaged over them.
+
+    The covariance is in the frame that the motion leads from.
 
     The mean of points on a curved surface is off it; by so much do their own mean heights differ
     from the height of their mean.
     """
     cdef double local[3]
     cdef double gap[3]
+    cdef double along[6]
+    cdef double wide[6]
     cdef double a, b, below, first = patch.slope[0], second = patch.slope[1], bent, other, shallow
     cdef int m
     for m in range(3):
@@ -62,9 +67,11 @@ cdef inline double height_of_cell(
         other = patch.bend[1] * a + patch.bend[2] * b
         below += (bent * a + other * b) / 2
         if spread != NULL:
-            below += (patch.bend[0] * product(patch.axes, spread, patch.axes)
-                      + 2 * patch.bend[1] * product(patch.axes, spread, patch.axes + 3)
-                      + patch.bend[2] * product(patch.axes + 3, spread, patch.axes + 3)) / 2
+            for m in range(2):
+                turn_back(motion, patch.axes + 3 * m, along + 3 * m)
+                times(spread, along + 3 * m, wide + 3 * m)
+            below += (patch.bend[0] * dot(along, wide) + 2 * patch.bend[1] * dot(along + 3, wide)
+                      + patch.bend[2] * dot(along + 3, wide + 3)) / 2
         first, second = first + bent, second + other
     # The distance to F = z - h(a, b) = 0 to first order, F / |grad F| (Taubin 1991); the axes need
     # not be orthogonal.
@@ -77,21 +84,11 @@ cdef inline double height_of_cell(
     return shallow * (local[2] - below)
 
 
-cdef inline double product(const double* a, const double* matrix, const double* b) noexcept nogil:
-    """``a^T M b`` of a symmetric matrix (9 numbers)."""
-    return (a[0] * (matrix[0] * b[0] + matrix[1] * b[1] + matrix[2] * b[2])
-            + a[1] * (matrix[3] * b[0] + matrix[4] * b[1] + matrix[5] * b[2])
-            + a[2] * (matrix[6] * b[0] + matrix[7] * b[1] + matrix[8] * b[2]))
-
-
-cdef inline void turned_covariance(
-    const double* motion, const double* covariance, double* turned
-) noexcept nogil:
-    """``R C R^T`` (9 numbers)."""
-    cdef int i, j
+cdef inline void times(const double* matrix, const double* x, double* product) noexcept nogil:
+    """A matrix (9 numbers) times a vector."""
+    cdef int i
     for i in range(3):
-        for j in range(3):
-            turned[3 * i + j] = product(motion + 3 * i, covariance, motion + 3 * j)
+        product[i] = matrix[3 * i] * x[0] + matrix[3 * i + 1] * x[1] + matrix[3 * i + 2] * x[2]
 
 
 cdef inline void between(

@@ -1,6 +1,6 @@
 from collections.abc import Sequence
 
-from mvreg.geometry.arrays import Array, Indices
+from mvreg.geometry.arrays import Array, Indices, Places
 from mvreg.kernels.patches import Patches
 
 def rows(
@@ -8,8 +8,8 @@ def rows(
     motions: Array,
     ways: Indices,
     ends: Indices,
-    samples: Indices,
-    patches: Indices,
+    samples: Indices | Places,
+    patches: Indices | Places,
     centre: Array,
     radius: float,
     flat: bool,

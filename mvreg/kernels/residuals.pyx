@@ -8,9 +8,7 @@ from libc.string cimport memcpy
 from libcpp.vector cimport vector
 
 from mvreg.kernels.linear cimport Motion, cross, move, of_array, turn
-from mvreg.kernels.patches cimport (
-    Patch, Patches, between, height_of_cell, one_of, placed, turned_covariance,
-)
+from mvreg.kernels.patches cimport Patch, Patches, between, height_of_cell, one_of, placed
 
 import numpy as np
 
@@ -102,8 +100,8 @@ cdef void fill(
     cdef Motion into
     cdef double x[3]
     cdef double inward[3]
-    cdef double spread[9]
     cdef const Patch* patch
+    cdef const Patch* cell
     cdef double* p
     cdef double* n
     cdef Py_ssize_t k
@@ -111,9 +109,10 @@ cdef void fill(
     between(from_source, from_target, into)
     for k in range(size):
         patch = &target.patch[patches[k]]
-        move(into, source.patch[samples[k]].mean, x)
-        turned_covariance(into, source.patch[samples[k]].second, spread)
-        residuals[k] = height_of_cell(patch, x, spread, about.flat, inward, &aside[k]) * about.unit
+        cell = &source.patch[samples[k]]
+        move(into, cell.mean, x)
+        residuals[k] = about.unit * height_of_cell(
+            patch, x, cell.second, into, about.flat, inward, &aside[k])
         aside[k] /= patch.reach * patch.reach if patch.reach > 0 else 1.0
         n, p = jacobian + (6 * k + 3), points + 3 * k
         turn(from_target, inward, n)

@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from mvreg.geometry.arrays import Array, Indices
+    from mvreg.geometry.arrays import Array, Indices, Places
 
 
 class TrimmedPairs(NamedTuple):
@@ -167,8 +167,8 @@ class PatchContacts(NamedTuple):
     """
 
     ends: Indices
-    samples: Indices
-    patches: Indices
+    samples: Places
+    patches: Places
 
 
 class NormalEquations(NamedTuple):

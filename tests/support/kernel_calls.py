@@ -25,6 +25,7 @@ from mvreg.kernels import (
     residuals,
     text,
     trimmed_pairs,
+    way_sums,
 )
 from mvreg.kernels.tree import Tree
 
@@ -53,6 +54,10 @@ def made():
         "draws": rng.integers(0, 6, size=(2, 5, 3)), "motion": np.eye(4),
         "motions": np.stack([np.eye(4)] * 2), "ways": np.array([[0, 1], [1, 0]]),
         "jacobian": rng.normal(size=(12, 6)),
+        "contacts": (
+            np.array([[0, 1], [1, 0]]), np.array([0, 6, 12]), np.arange(12),
+            np.arange(12), np.array([0, N, 2 * N]),
+        ),
     }  # fmt: skip
 
 
@@ -119,6 +124,12 @@ def cases():
             normal_equations.group_sums,
             (m["jacobian"], twelve, twelve, np.arange(12) % 5, ends, 1.0),
         ),
+        "way_sums.normal_equations": (
+            way_sums.normal_equations,
+            ([m["patches"]] * 2, m["motions"], *m["contacts"], np.ones((2 * N, 2)),
+             np.ones((2 * N, 3)), np.zeros(3), 1.0, True, 1.0),
+        ),
+        "way_sums.known_at": (way_sums.known_at, (*m["contacts"], np.ones((2 * N, 2)))),
         "residuals.farthest": (residuals.farthest, (points, motion, motion)),
         "moments.moments": (moments.moments, (index, points, np.array([0.2, 0.5, 1.0]))),
         "moments.normals": (moments.normals, (index, points, 6)),

@@ -14,10 +14,18 @@ from mvreg.geometry import se3
 from mvreg.stages.adjust.joint import block_matrix, solver
 from mvreg.stages.adjust.joint.convergence import extrapolated
 from mvreg.stages.adjust.joint.correspondences import Contacts, Gate, contacts, touching
-from mvreg.stages.adjust.joint.normal_equations import MAD, Frame, System, rows, spread
+from mvreg.stages.adjust.joint.normal_equations import (
+    MAD,
+    Frame,
+    System,
+    rows,
+    spread,
+    summed,
+)
 from mvreg.stages.adjust.joint.stage import JointRefinement
 from mvreg.stages.adjust.joint.surface import surfaces
-from mvreg.stages.adjust.joint.weighting import Pooled, plainly
+from mvreg.stages.adjust.joint.systematic import NONE
+from mvreg.stages.adjust.joint.weighting import Pooled, by_noise, plainly
 from mvreg.testing import blob_scans, pipeline
 from mvreg.testing.compare import digest
 from mvreg.testing.results import misplacement
@@ -317,15 +325,44 @@ def test_some_ways_keep_their_contacts(rng):
     assert found.some(np.ones(4, bool)) is found
 
 
+def test_thinned_contacts_stay_with_their_ways(rng):
+    ends, order = np.array([0, 3, 3, 8, 9]), np.arange(9)
+    found = Contacts(rng.integers(5, size=(4, 2)), ends, order, order, np.ones(9))
+    some = found.thinned(5)
+    np.testing.assert_array_equal(some.samples, [0, 2, 4, 6, 8])
+    np.testing.assert_array_equal(some.ends, [0, 2, 2, 4, 5])
+    tile = some.tile(slice(1, 4))
+    np.testing.assert_array_equal(tile.ways, found.ways[1:])
+    np.testing.assert_array_equal(tile.ends, [0, 0, 2, 3])
+    np.testing.assert_array_equal(tile.samples, [4, 6, 8])
+    assert found.thinned(9) is found
+
+
+def test_sums_over_contacts_are_those_over_rows():
+    shapes, motions = surfaces(views()), np.stack([truth()[view.name] for view in views()])
+    gate = Gate(2 * views()[0].scale.resolution)
+    found = contacts(shapes, motions, touching(shapes, motions, gate.reach), gate)
+    known, frame = Pooled.of(shapes), Frame.of(shapes, motions)
+    trust = by_noise(known, found, 1, NONE)
+    apart = rows(shapes, motions, replace(found, weights=trust.weights(found)), frame, flat=False)
+    whitened = apart.whitened(np.sqrt(trust.variances(found, apart.aside)))
+    expected, patches = System.of(whitened, [1, 2, 3], 3.0), [one.patches for one in shapes]
+    sums = found.in_tiles(lambda tile: summed(patches, motions, tile, trust, frame, False, 3.0))
+    system = System.assembled(found.ways, sums, [1, 2, 3])
+    scale = frame.radius**2  # rows are in lengths
+    np.testing.assert_allclose(scale * system.normal, expected.normal, rtol=1e-9, atol=1e-3)
+    np.testing.assert_allclose(scale * system.gradient, expected.gradient, rtol=1e-9, atol=1e-3)
+
+
 def test_what_many_scans_share_counts_once():
     """Three scans of one surface: a way stands for a third of it, and both ways for two thirds."""
     shapes = [surfaces([moved_view(views()[0], np.eye(4))])[0]] * 3
     motions, reach = np.stack([np.eye(4)] * 3), views()[0].scale.resolution
     found = contacts(shapes, motions, [(0, 1), (0, 2), (1, 2)], Gate(reach))
-    found = plainly(Pooled.of(shapes), found, 1)
+    weights = plainly(Pooled.of(shapes), found, 1).weights(found)
     asked = shapes[0].counts * shapes[0].cosines ** 2
     assert found.ways.tolist() == [[0, 1], [1, 0], [0, 2], [2, 0], [1, 2], [2, 1]]
-    np.testing.assert_allclose(found.weights, asked[found.samples] / 3 / 2)
+    np.testing.assert_allclose(weights, asked[found.samples] / 3 / 2)
 
 
 def test_crowded_scans_are_asked_for_every_second_sample(monkeypatch):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,9 +13,9 @@ from mvreg.geometry.ragged import ends_of, picked
 from mvreg.kernels import contacts as kernel
 from mvreg.kernels import overlap
 from mvreg.kernels.results import PatchContacts
-from mvreg.parallel import in_threads, slices
+from mvreg.parallel import Answer, in_threads, slices
 from mvreg.stages.adjust.joint.surface import Surface
-from mvreg.types import Array, Indices
+from mvreg.types import Array, Indices, Places
 
 #: Contacts of a pair of scans, at least: twice as many as a motion has degrees of freedom.
 FEWEST = 12
@@ -40,13 +40,13 @@ class Contacts:
         Positions in the surfaces of the two scans.
     weights : (M,) array
         How much of what is known about the surface each one stands for (1 / length^2); see
-        `mvreg.stages.adjust.joint.weighting`. Ones as they are found.
+        `mvreg.stages.adjust.joint.weighting`. Ones, that take no memory, as they are found.
     """
 
     ways: Indices
     ends: Indices
-    samples: Indices
-    patches: Indices
+    samples: Places
+    patches: Places
     weights: Array
 
     @property
@@ -61,6 +61,29 @@ class Contacts:
         kept, ends = picked(self.ends, chosen)
         values = (self.samples[kept], self.patches[kept], self.weights[kept])
         return Contacts(self.ways[chosen], ends, *values)
+
+    def tile(self, part: slice) -> Contacts:
+        """The contacts of consecutive ways."""
+        ends = self.ends[part.start : part.stop + 1]
+        mine = slice(ends[0], ends[-1])
+        values = (self.samples[mine], self.patches[mine], self.weights[mine])
+        return Contacts(self.ways[part], ends - ends[0], *values)
+
+    def in_tiles(self, function: Callable[[Contacts], Answer]) -> list[Answer]:
+        """What a function says of some of the ways at a time, in threads; in the order of the ways.
+
+        How many ways are in a tile depends on the threads: the answers on each way must not.
+        """
+        return in_threads(lambda part: function(self.tile(part)), slices(len(self.ways), 1))
+
+    def thinned(self, most: int) -> Contacts:
+        """Every n-th of the contacts, so that there are no more than `most`."""
+        step = max(1, -(-len(self.samples) // most))
+        if step == 1:
+            return self
+        some = slice(None, None, step)
+        values = (self.samples[some], self.patches[some], self.weights[some])
+        return Contacts(self.ways, -(-self.ends // step), *values)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,6 +131,8 @@ def contacts(
     counts = np.concatenate([np.diff(part.ends) for part in parts])
     samples = np.concatenate([part.samples for part in parts])
     others = np.concatenate([part.patches for part in parts])
-    every = Contacts(ways, ends_of(counts), samples, others, np.ones(len(samples)))
+    every = Contacts(
+        ways, ends_of(counts), samples, others, np.broadcast_to(np.float64(1), len(samples))
+    )
     enough = np.repeat(counts.reshape(-1, 2).sum(axis=1) >= FEWEST, 2) & (counts > 0)
     return every.some(enough)

@@ -11,10 +11,14 @@ import numpy as np
 from mvreg.geometry import se3
 from mvreg.kernels import normal_equations as kernel
 from mvreg.kernels import residuals as residual_kernel
+from mvreg.kernels import way_sums
+from mvreg.kernels.patches import Patches
+from mvreg.kernels.results import NormalEquations
 from mvreg.parallel import Answer, in_threads, slices
 from mvreg.stages.adjust.joint.block_matrix import of_blocks, solver
 from mvreg.stages.adjust.joint.correspondences import Contacts
 from mvreg.stages.adjust.joint.surface import Surface
+from mvreg.stages.adjust.joint.trust import Trust
 from mvreg.types import Array, Indices
 
 #: The median of absolute residuals, times this, is the standard deviation of Gaussian ones.
@@ -122,14 +126,28 @@ def rows(
         np.empty(size), np.full(size, frame.radius),
     )  # fmt: skip
     patches = [surface.patches for surface in surfaces]  # built once, before the threads ask
-    made.in_parts(
-        lambda part, ends: residual_kernel.rows(
-            patches, motions, contacts.ways[part], ends, contacts.samples, contacts.patches,
-            frame.centre, frame.radius, flat, made.residuals, made.jacobian, made.points,
-            made.aside,
-        )
-    )  # fmt: skip
+
+    def fill(part: slice, ends: Indices) -> None:
+        tile, mine = contacts.tile(part), slice(ends[0], ends[-1])
+        residual_kernel.rows(
+            patches, motions, tile.ways, tile.ends, tile.samples, tile.patches,
+            frame.centre, frame.radius, flat, made.residuals[mine], made.jacobian[mine],
+            made.points[mine], made.aside[mine],
+        )  # fmt: skip
+
+    made.in_parts(fill)
     return made
+
+
+def summed(
+    patches: Sequence[Patches], motions: Array, tile: Contacts, trust: Trust, frame: Frame,
+    flat: bool, width: float,
+) -> NormalEquations:  # fmt: skip
+    """The normal equations of each way of a tile: of plain arrays, for any worker to find."""
+    return way_sums.normal_equations(
+        patches, motions, tile.ways, tile.ends, tile.samples, tile.patches, trust.begin,
+        trust.cells, trust.fits, frame.centre, frame.radius, flat, width,
+    )  # fmt: skip
 
 
 def spread(residuals: Array) -> float:
@@ -179,11 +197,18 @@ class System:
                 found.jacobian, found.residuals, weights, ends, width
             )
         )
+        return cls.assembled(found.contacts.ways, sums, free)
+
+    @classmethod
+    def assembled(
+        cls, ways: Indices, sums: Sequence[NormalEquations], free: Sequence[int]
+    ) -> System:
+        """Of what the ways (W, 2) come to, those of one tile after those of another."""
         blocks = np.concatenate([part.normals for part in sums])
         slopes = np.concatenate([part.gradients for part in sums])
-        place = np.full(found.contacts.ways.max() + 1, -1)
+        place = np.full(ways.max() + 1, -1)
         place[free] = np.arange(len(free))
-        source, target = place[found.contacts.ways].T
+        source, target = place[ways].T
         here, there = source >= 0, target >= 0
         gradient = np.zeros((len(free), 6))
         np.add.at(gradient, source[here], slopes[here])

@@ -19,9 +19,10 @@ from mvreg.stages.adjust.joint.correspondences import (
     touching,
 )
 from mvreg.stages.adjust.joint.ending import Ending, Settled
-from mvreg.stages.adjust.joint.normal_equations import Frame, Rows, System, rows, spread
+from mvreg.stages.adjust.joint.normal_equations import Frame, Rows, System, rows, spread, summed
 from mvreg.stages.adjust.joint.surface import EXACT, Surface
 from mvreg.stages.adjust.joint.systematic import NONE, Systematic, systematic
+from mvreg.stages.adjust.joint.trust import Trust
 from mvreg.stages.adjust.joint.weighting import Pooled, by_noise, plainly, predicted
 from mvreg.surface.partners import well_spread
 from mvreg.types import Array
@@ -44,6 +45,9 @@ CROWDED = 4.0
 #: Steps of Gauss-Newton for one set of contacts, at most; fewer if points move by less than this
 #: share of what ends the phase.
 STEPS, SETTLED = 4, 0.3
+#: So many contacts, spread over all, tell what scans get wrong together, and so many how residuals
+#: scatter (to a hundredth).
+TOLD, SAMPLED = 50_000, 16_000
 #: Systematic errors are estimated in so many rounds of a phase, and then stay: what changes with
 #: every round never comes to rest.
 ESTIMATED = 2
@@ -53,12 +57,13 @@ ESTIMATED = 2
 class Round:
     """Where a round ended: all motions (N, 4, 4), and which of them are `free`; its contacts.
 
-    `wrong` is what scans were taken to get wrong together.
+    `trust` is what was made of the contacts, `wrong` what scans were taken to get wrong together.
     """
 
     motions: Array
     contacts: Contacts | None = None
     free: tuple[int, ...] = ()
+    trust: Trust | None = None
     wrong: Systematic = NONE
 
 
@@ -126,40 +131,49 @@ class Solver:
         found, free = self.held(motions, gate, left_out)
         if not free:
             return Round(motions, found)
-        frame = Frame.of(self.surfaces, motions)
-        apart = rows(self.surfaces, motions, found, frame, gate.flat)
-        found, wrong = self.weighted(apart, gate, wrong)
-        for again in range(1 if gate.flat else STEPS):
-            if again:
-                apart = rows(self.surfaces, motions, found, frame, gate.flat)
+        frame, some = Frame.of(self.surfaces, motions), found.thinned(SAMPLED)
+        trust, wrong = self.trusted(motions, found, frame, gate, wrong)
+        for _ in range(1 if gate.flat else STEPS):
+            apart = rows(self.surfaces, motions, some, frame, gate.flat)
             before, motions = motions, motions.copy()
-            residuals = replace(apart, contacts=found)
-            if not gate.flat:
-                residuals = self.whitened(residuals, wrong)
-            step = System.of(residuals, free, self.width(residuals)).step()
-            motions[free] = frame.motion(step) @ motions[free]
+            width = self.width(self.whitened(apart, trust))
+            system = self.system(before, found, trust, free, frame, gate.flat, width)
+            motions[free] = frame.motion(system.step()) @ motions[free]
             if self.farthest(before, motions) <= SETTLED * still:
                 break
         for k in free:
             motions[k] = se3.project(motions[k])
-        return Round(motions, found, tuple(free), wrong)
+        return Round(motions, found, tuple(free), trust, wrong)
 
-    def weighted(
-        self, apart: Rows, gate: Gate, wrong: Systematic | None
-    ) -> tuple[Contacts, Systematic]:
-        """The contacts of rows with their weights, and what scans get wrong together."""
-        known, found = self.known, apart.contacts
+    def trusted(
+        self, motions: Array, found: Contacts, frame: Frame, gate: Gate, wrong: Systematic | None
+    ) -> tuple[Trust, Systematic]:
+        """What contacts are worth, and what scans get wrong together."""
+        known = self.known
         if gate.flat:
             return plainly(known, found, gate.stride), NONE
         if wrong is None:
-            noise = predicted(known, found, apart.aside, NONE)
-            samples, patches = known.places(found)
+            some = found.thinned(TOLD)
+            apart = rows(self.surfaces, motions, some, frame, gate.flat)
+            noise = predicted(known, some, apart.aside, NONE)
+            samples, patches = known.places(some)
             wrong = systematic(known.cosines[samples], known.cosines[patches], apart.lengths, noise)
         return by_noise(known, found, gate.stride, wrong), wrong
 
-    def whitened(self, apart: Rows, wrong: Systematic) -> Rows:
+    def whitened(self, apart: Rows, trust: Trust) -> Rows:
         """Rows in units of what is expected of each."""
-        return apart.whitened(np.sqrt(predicted(self.known, apart.contacts, apart.aside, wrong)))
+        return apart.whitened(np.sqrt(trust.variances(apart.contacts, apart.aside)))
+
+    def system(
+        self, motions: Array, found: Contacts, trust: Trust, free: Sequence[int], frame: Frame,
+        flat: bool, width: float,
+    ) -> System:  # fmt: skip
+        """The normal equations, summed up tile by tile: no row of them is kept."""
+        patches = [surface.patches for surface in self.surfaces]  # built once, before the threads
+        sums = found.in_tiles(
+            lambda tile: summed(patches, motions, tile, trust, frame, flat, width)
+        )
+        return System.assembled(found.ways, sums, free)
 
     def held(
         self, motions: Array, gate: Gate, left_out: Collection[tuple[int, int]]
@@ -188,10 +202,11 @@ class Solver:
 
     def summary(self, end: Round) -> Settled:
         """Poses, covariances and links at convergence."""
-        assert end.contacts is not None
+        assert end.contacts is not None and end.trust is not None
         frame = Frame.of(self.surfaces, end.motions)
-        apart = rows(self.surfaces, end.motions, end.contacts, frame, flat=False)
-        residuals = self.whitened(apart, end.wrong)
+        found = replace(end.contacts, weights=end.trust.weights(end.contacts))
+        apart = rows(self.surfaces, end.motions, found, frame, flat=False)
+        residuals = self.whitened(apart, end.trust)
         return Ending(
             self.surfaces, self.names, end.motions, end.free, sorted(self.fixed), frame,
             residuals, self.width(residuals), self.known, self.resolution,

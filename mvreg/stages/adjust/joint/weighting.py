@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from mvreg.geometry.ragged import ends_of
+from mvreg.kernels import way_sums
 from mvreg.stages.adjust.joint.correspondences import Contacts
 from mvreg.stages.adjust.joint.surface import Surface
 from mvreg.stages.adjust.joint.systematic import Systematic
+from mvreg.stages.adjust.joint.trust import Trust, places
 from mvreg.types import Array, Indices
 
 #: What a patch does not follow is wrong over so much of it, as a share: relief changes its sign.
@@ -57,11 +59,10 @@ class Pooled:
 
     def places(self, found: Contacts) -> tuple[Indices, Indices]:
         """(M,), (M,): where the samples and the patches of contacts are in the row."""
-        sources, targets = np.repeat(self.begin[found.ways], found.counts, axis=0).T
-        return sources + found.samples, targets + found.patches
+        return places(self.begin, found)
 
 
-def plainly(known: Pooled, found: Contacts, stride: int) -> Contacts:
+def plainly(known: Pooled, found: Contacts, stride: int) -> Trust:
     """Contacts weighted as if all points were as good, but for those seen at a grazing angle.
 
     For poses that are far off, where residuals say nothing of noise. The squared cosine of the
@@ -69,37 +70,38 @@ def plainly(known: Pooled, found: Contacts, stride: int) -> Contacts:
     fifth, a tenth and an eighth.
     """
     precision = known.density * known.cosines**2
-    return _shared(known, found, stride, precision, precision)
+    ones, zeros = np.ones(len(precision)), np.zeros((len(precision), 2))
+    return _shared(known, found, stride, precision, precision, ones, zeros)
 
 
-def by_noise(known: Pooled, found: Contacts, stride: int, wrong: Systematic) -> Contacts:
+def by_noise(known: Pooled, found: Contacts, stride: int, wrong: Systematic) -> Trust:
     """Contacts weighted by what is known of the surface there (1 / length^2)."""
     variance = known.noise + known.usual * wrong.at(known.cosines)  # cells share an error
     relief = RELIEF * known.fitted * known.misfit
     source, target = known.density / variance, known.density / (variance + relief)
-    return _shared(known, found, stride, source, target)
+    return _shared(known, found, stride, source, target, *_variances(known, wrong))
 
 
 def predicted(known: Pooled, found: Contacts, aside: Array, wrong: Systematic) -> Array:
-    """Variances (M,) of the distances of cells from patches (length^2).
+    """`Trust.variances`, of contacts that are not weighted yet."""
+    cells, fits = _variances(known, wrong)
+    ones = np.ones(len(cells))
+    trust = Trust(known.begin, np.column_stack([ones, cells]), np.column_stack([ones, fits]))
+    return trust.variances(found, aside)
 
-    A cell has the variance of a mean. That of a patch of second order, ``(4 - 8 t + 18 t^2) / n``
-    of a point's for n points spread evenly over a disc, depends on how far from its middle it is
-    asked: t is `aside` (M,), the squared distance in units of the radius.
-    """
-    samples, patches = known.places(found)
+
+def _variances(known: Pooled, wrong: Systematic) -> tuple[Array, Array]:
+    """Of cells (T,), and of patches (T, 2): see `Trust`."""
     shared = wrong.at(known.cosines)
     cells = known.noise / known.counts + shared
-    variances = (4 - aside * (8 - 18 * aside)) * (known.noise / known.fitted)[patches]
-    variances += cells[samples]
-    variances += (shared + known.misfit)[patches]
-    return variances
+    return cells, np.column_stack([known.noise / known.fitted, shared + known.misfit])
 
 
 def _shared(
-    known: Pooled, found: Contacts, stride: int, source: Array, target: Array
-) -> Contacts:  # fmt: skip
-    """Contacts with the weights that make the most of what all scans know of a surface.
+    known: Pooled, found: Contacts, stride: int, source: Array, target: Array, cells: Array,
+    fits: Array,
+) -> Trust:  # fmt: skip
+    """The weights that make the most of what all scans know of a surface, and variances.
 
     Where scans k, each with a precision of q_k per area, lie on the same unknown surface, least
     squares over the poses and the surface leave, once the surface is eliminated, the weight
@@ -107,9 +109,11 @@ def _shared(
     of its cell; both ways count a half each. Thus nothing that three scans agree on is counted
     three times.
     """
-    samples, patches = known.places(found)
-    there = target[patches]
-    total = source + np.bincount(samples, there, len(source))
+    total = way_sums.known_at(
+        found.ways, found.ends, found.samples, found.patches, known.begin,
+        np.column_stack([source, target]),
+    )  # fmt: skip
     shared = np.divide(known.area * source, total, out=np.zeros(len(total)), where=total > 0)
-    weights = stride / 2 * shared[samples] * there
-    return replace(found, weights=weights)
+    return Trust(
+        known.begin, np.column_stack([stride / 2 * shared, cells]), np.column_stack([target, fits])
+    )
