@@ -49,13 +49,15 @@ def bound(views: Sequence[View], truth: Mapping[str, Array], noise: float) -> di
     noise : float
         Standard deviation of the range (length).
     """
-    shapes = [replace(s, whole=np.ones(len(s.points), dtype=bool)) for s in surfaces(views)]
+    found = surfaces(views)
+    every = [np.ones(len(surface.points), dtype=bool) for surface in found]
+    shapes = [replace(s, whole=all_, usable=all_) for s, all_ in zip(found, every, strict=True)]
     motions = np.stack([truth[view.name] for view in views])
     gate = Gate(NEAR * views[0].scale.resolution, least_cosine=FLAT_LEAST_COSINE)
-    found = contacts(shapes, motions, touching(shapes, motions, gate.reach), gate)
+    met = contacts(shapes, motions, touching(shapes, motions, gate.reach), gate)
     frame = Frame.of(shapes, motions)
     weighted = weigh(
-        shapes, found, [precision(s, v.scan) for s, v in zip(shapes, views, strict=True)]
+        shapes, met, [precision(s, v.scan) for s, v in zip(shapes, views, strict=True)]
     )
     residuals = rows(shapes, motions, weighted, frame, flat=False)
     free = list(range(1, len(views)))

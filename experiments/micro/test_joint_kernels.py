@@ -32,7 +32,7 @@ def plainly(surface: Surface) -> plain.Patches:
     """A surface as the reference asks for it."""
     return plain.Patches(
         surface.points, surface.axes, surface.slopes, surface.bends, surface.normals,
-        surface.reach, surface.whole, surface.means, surface.seconds,
+        surface.reach, surface.whole, surface.usable, surface.means, surface.seconds,
     )  # fmt: skip
 
 

@@ -34,7 +34,8 @@ def contacts(
 ):
     """Where the samples of surfaces, as the means of their cells, lie on the patches of others.
 
-    A sample finds the patch whose origin is nearest; both must be whole, and the normals agree.
+    A sample finds the patch whose origin is nearest; that must be whole, the sample's cell usable,
+    and the normals agree.
 
     Parameters
     ----------
@@ -97,7 +98,7 @@ cdef void touch(
     for asked in range((source.size + gate.stride - 1) // gate.stride):
         k = gate.stride * asked
         here = &source.patch[k]
-        if here.whole:
+        if here.usable:
             move(motion, here.mean, x)
             squared = gate.squared
             found = target.tree.find(x, &squared)

@@ -18,6 +18,7 @@ cdef struct Patch:
     double mean[3]
     double second[9]
     bint whole
+    bint usable
 
 
 cdef class Patches:

@@ -16,6 +16,7 @@ class Patches:
         normals: Array,
         reach: Array,
         whole: NDArray[np.bool_],
+        usable: NDArray[np.bool_],
         means: Array,
         seconds: Array,
     ) -> None: ...

@@ -28,13 +28,15 @@ cdef class Patches:
     slopes : (S, 2) array
     bends : (S, 3) array
     reach : (S,) array
-    whole : (S,) array of bool
+    whole, usable : (S,) arrays of bool
+        Whether the patch serves, and whether the cell does.
     means : (S, 3) array
     seconds : (S, 3, 3) array
     """
 
     def __cinit__(
-        self, Tree tree not None, points, axes, slopes, bends, normals, reach, whole, means, seconds
+        self, Tree tree not None, points, axes, slopes, bends, normals, reach, whole, usable, means,
+        seconds
     ):
         # What is found in the tree is looked up among the patches.
         cdef const double[:, ::1] points_ = checks.floats("points", points, tree.n, 3)
@@ -44,6 +46,7 @@ cdef class Patches:
         cdef const double[:, ::1] normals_ = checks.floats("normals", normals, tree.n, 3)
         cdef const double[::1] reach_ = checks.floats("reach", reach, tree.n)
         cdef const unsigned char[::1] whole_ = checks.flags("whole", whole, tree.n)
+        cdef const unsigned char[::1] usable_ = checks.flags("usable", usable, tree.n)
         cdef const double[:, ::1] means_ = checks.floats("means", means, tree.n, 3)
         cdef const double[:, :, ::1] seconds_ = checks.floats("seconds", seconds, tree.n, 3, 3)
         cdef Py_ssize_t k
@@ -60,7 +63,7 @@ cdef class Patches:
             memcpy(one.normal, &normals_[k, 0], 3 * sizeof(double))
             memcpy(one.mean, &means_[k, 0], 3 * sizeof(double))
             memcpy(one.second, &seconds_[k, 0, 0], 9 * sizeof(double))
-            one.reach, one.whole = reach_[k], whole_[k]
+            one.reach, one.whole, one.usable = reach_[k], whole_[k], usable_[k]
 
 
 def gaps(Patches surface not None, points, patches, bint flat):

@@ -32,11 +32,12 @@ def surface(rng, count, patchy=True):
     normals = np.einsum("mi,mij->mj", upright, axes)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     whole = rng.random(count) < (0.8 if patchy else 2)
+    usable = whole | (rng.random(count) < 0.5)
     reach = rng.uniform(0.05, 0.4, size=count)
     axes[:, :2] += rng.uniform(-1, 1, size=(count, 2, 1)) * axes[:, 2:]  # along rays
     means, wide = points + 0.02 * rng.normal(size=(count, 3)), rng.normal(size=(count, 3, 3))
     seconds = 1e-3 * wide @ np.swapaxes(wide, 1, 2)
-    parts = points, axes, slopes, bends, normals, reach, whole, means, seconds
+    parts = points, axes, slopes, bends, normals, reach, whole, usable, means, seconds
     return plain.Patches(*parts), patches.Patches(Tree(points), *parts)
 
 

@@ -44,7 +44,7 @@ def made():
     index = Tree(points)
     axes = np.repeat(np.eye(3)[None], N, axis=0)
     whole, bends = np.ones(N, bool), np.zeros((N, 3))
-    parts = points, axes, bends[:, :2], bends, normals, np.ones(N), whole, points, axes
+    parts = points, axes, bends[:, :2], bends, normals, np.ones(N), whole, whole, points, axes
     return {
         "points": points, "normals": normals, "scales": scales, "tree": index, "axes": axes,
         "words": rng.normal(size=(K, 6)), "parts": parts, "patches": patches.Patches(index, *parts),

@@ -24,6 +24,7 @@ class Patches:
     normals: Array
     reach: Array
     whole: NDArray[np.bool_]
+    usable: NDArray[np.bool_]
     means: Array
     seconds: Array
 
@@ -102,7 +103,7 @@ def touch(
     _, normals, aside = gaps(target, points, patches, flat)
     cosines = ((source.normals[samples] @ transform[:3, :3].T) * normals).sum(axis=1)
     agree = (cosines if oriented else np.abs(cosines)) > least_cosine
-    agree &= source.whole[samples] & target.whole[patches] & (apart.min(axis=1) < reach)
+    agree &= source.usable[samples] & target.whole[patches] & (apart.min(axis=1) < reach)
     if not flat:
         agree &= aside <= target.reach[patches]
     return samples[agree], patches[agree]

@@ -114,8 +114,8 @@ def contacts(
 ) -> Contacts:
     """The contacts of each of `pairs`, in both directions, for those with enough of them.
 
-    Samples find the nearest patch; both must be whole, and the normals agree. The ways come in the
-    order of `pairs`.
+    Samples find the nearest patch; it must be whole, their cells usable, and the normals agree. The
+    ways come in the order of `pairs`.
     """
     patches = [surface.patches for surface in surfaces]  # built once, before the threads ask
     oriented = np.array([surface.oriented for surface in surfaces])

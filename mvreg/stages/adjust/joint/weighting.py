@@ -18,7 +18,7 @@ from mvreg.types import Array, Indices
 #: What a patch does not follow is wrong over so much of it, as a share: relief changes its sign.
 #: From 0.1 to 0.3 the error on `figurine`'s gnome is the same within a tenth; with 0 it is twice
 #: as large at a noise of a fifth of the spacing, with 1 relief that is noise is thrown away.
-RELIEF = 0.1
+RELIEF = 0.2
 
 
 @dataclass(frozen=True, eq=False)
