@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -29,7 +29,12 @@ GRAZING = 0.1
 ASKED = 200
 
 
-def bound(views: Sequence[View], truth: Mapping[str, Array], noise: float) -> dict[str, Array]:
+def bound(
+    views: Sequence[View],
+    truth: Mapping[str, Array],
+    noise: float,
+    growth: Callable[[Array], Array] = np.ones_like,
+) -> dict[str, Array]:
     """Lower bound on the covariance (6, 6) of every unbiased estimate of each pose but the first.
 
     What is known: ranges with Gaussian noise, along known rays, of a smooth surface that is itself
@@ -48,6 +53,8 @@ def bound(views: Sequence[View], truth: Mapping[str, Array], noise: float) -> di
         True poses in the frame of the first view.
     noise : float
         Standard deviation of the range (length).
+    growth : callable
+        How many times as large it is at ranges (S,).
     """
     found = surfaces(views)
     every = [np.ones(len(surface.points), dtype=bool) for surface in found]
@@ -57,7 +64,7 @@ def bound(views: Sequence[View], truth: Mapping[str, Array], noise: float) -> di
     met = contacts(shapes, motions, touching(shapes, motions, gate.reach), gate)
     frame = Frame.of(shapes, motions)
     weighted = weigh(
-        shapes, met, [precision(s, v.scan) for s, v in zip(shapes, views, strict=True)]
+        shapes, met, [precision(s, v.scan, growth) for s, v in zip(shapes, views, strict=True)]
     )
     residuals = rows(shapes, motions, weighted, frame, flat=False)
     free = list(range(1, len(views)))
@@ -69,13 +76,19 @@ def bound(views: Sequence[View], truth: Mapping[str, Array], noise: float) -> di
     return {views[k].name: change @ block @ change.T for k, block in zip(free, blocks, strict=True)}
 
 
-def precision(surface: Surface, scan: Scan | None) -> Array:
-    """Precision (S,) of a surface's height per area, for noise of 1 along rays to the sensor."""
+def precision(
+    surface: Surface, scan: Scan | None, growth: Callable[[Array], Array] = np.ones_like
+) -> Array:
+    """Precision (S,) of a surface's height per area, for noise of 1 along rays to the sensor.
+
+    Or of `growth`, at their lengths (S,).
+    """
     assert scan is not None and scan.view_point is not None
     towards = scan.view_point - surface.points
-    towards /= np.linalg.norm(towards, axis=1, keepdims=True)
+    ranges = np.linalg.norm(towards, axis=1)
+    towards /= ranges[:, None]
     cosines = np.maximum(np.abs((towards * surface.normals).sum(axis=1)), GRAZING)
-    found: Array = surface.density / cosines**2
+    found: Array = surface.density / (cosines * growth(ranges)) ** 2
     return found
 
 

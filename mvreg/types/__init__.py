@@ -42,6 +42,7 @@ __all__ = [
     "Part",
     "Places",
     "Pattern",
+    "Places",
     "PointLike",
     "PoseScatter",
     "Registration",

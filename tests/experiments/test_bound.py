@@ -128,9 +128,38 @@ def test_a_line_of_the_table():
     from experiments.accuracy.bound_page import row
 
     expected = "| blob-0 | 0.1 | 0.1000 | 0.2000 | 2.00 | 0.5000 | 0.3000 | 6.5 | 0.94 |"
-    assert row(measured()) == expected
+    assert row(measured()) == f"{expected}  |  |"
+    assert row(replace(measured(), peers=(0.25, 1.0))) == f"{expected} 2.5 | 10.0 |"
     silent = row(replace(measured(noise=0.0, method=None), bound=0.0))
-    assert silent == "| blob-0 | 0 | 0.0000 | 0.2000 |  | not all placed | 0.3000 | 6.5 | 0.94 |"
+    assert (
+        silent == "| blob-0 | 0 | 0.0000 | 0.2000 |  | not all placed | 0.3000 | 6.5 | 0.94 |  |  |"
+    )
+
+
+def test_noise_that_grows_with_the_range_is_in_the_bound():
+    """Twice as much at every range is twice the bound."""
+    from experiments.accuracy.bound_theory import bound, scatter
+
+    views = near_views()
+    once = bound(views, truth(views), 0.1)
+    twice = bound(views, truth(views), 0.1, lambda ranges: np.full_like(ranges, 2.0))
+    assert scatter(views, truth(views), twice) == pytest.approx(
+        2 * scatter(views, truth(views), once)
+    )
+
+
+@pytest.mark.parametrize("peer", ["Open3D", "small_gicp"])
+def test_peers_come_near_the_truth_from_spoilt_poses(peer):
+    from experiments.accuracy.bound_peers import PEERS
+    from experiments.accuracy.bound_theory import displacement
+    from experiments.accuracy.floor import spoilt
+
+    pytest.importorskip("small_gicp")
+    views = near_views()
+    right = truth(views)
+    start = spoilt(right, views, np.random.default_rng(0))
+    found = PEERS[peer](views, start)
+    assert displacement(views, right, found) < 0.3 * displacement(views, right, start)
 
 
 def test_squared_errors_of_gaussian_poses(rng):
