@@ -40,7 +40,6 @@ __all__ = [
     "Model",
     "Pair",
     "Part",
-    "Places",
     "Pattern",
     "Places",
     "PointLike",

@@ -29,6 +29,8 @@ PRIOR = 1e-2
 SURE, SEEN = 7.0, 0.001
 #: What holds a pose that is held, in units of the largest of what holds the others.
 STIFF = 1e6
+#: What holds a pose that nothing else does, in the same unit: scans that touch no other.
+LOOSE = 1e-9
 #: Rounds of reweighting: what a pattern puts at the edge of the kernel counts for too little at
 #: first. There are others only if the first one finds something of so many deviations, by noise.
 ROUNDS, SUSPECT = 5, 4.0
@@ -60,6 +62,7 @@ def patterns(
         size = variance(replace(found, residuals=residuals))
         prior = np.zeros((count, ALL))
         prior[:, SCALE:] = size / PRIOR**2
+        prior[:, :SCALE] = LOOSE * normal.diagonal().max()
         prior[list(held), :SCALE] = STIFF * normal.diagonal().max()
         solve = solver(normal + np.diag(prior.ravel()), 0.0)
         inverse = size * solve(np.eye(count * ALL))
