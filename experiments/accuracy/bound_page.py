@@ -29,11 +29,11 @@ normalised squared errors of the poses, 6 where covariances hold, and "inside" t
 within their 95 per cent ellipsoids.
 
 As the noise decreases, the error approaches a floor set by the sampling of the surface: a patch of
-about 45 points is a paraboloid and cannot model finer relief. That floor is the error without
+45 to 64 points is a paraboloid and cannot model finer relief. That floor is the error without
 noise; the point spacing is about 0.5 mm. Patches that the points do not follow count less, which
 takes most of that floor away. Where noise dominates, the gap between error and bound has two
-causes: patches at the rims of scans serve for nothing, although the rays that graze the surface
-there hold it best (on the gnome that alone is a factor of 1.4), and relief.
+causes: patches at the rims of scans serve only where the surface is smooth, although the rays that
+graze the surface there hold it best, and relief.
 
 Rooms are seen by the virtual laser scanner from six stations, an office from 16, with no mixed
 pixels; their noise is a multiple of the scanner's own, 1 mm and 0.1 mm per metre. Peers start from

@@ -30,14 +30,17 @@ LOOP = "loop_probability"
 LEAST_SHARE = 0.005
 #: More is no further evidence, and excuses no misfit: slides along smooth surfaces have as much.
 ENOUGH_SURFACE_OVERLAP, ENOUGH_AGREEMENT = 0.5, 0.95
-#: Fewer violations are chance, as at the edges of a scan, and count as so many.
+#: Fewer violations are chance, as at the edges of a scan, and count as so many. Half of what it was
+#: when the weights were fitted: since then a ray beside an edge excuses a point, and poses have
+#: half the violations that they had.
 LEAST_VIOLATION = 0.01
 #: Of two poses of the same scans, which see the same edges, fewer violations count: down to this
 #: share, or so many points.
 LEAST_COMPARED, LEAST_COUNTED = 0.002, 5
 #: A residual step much smaller than this is none (resolutions).
 LEAST_STEP = 0.25
-#: The centre of the features, so that the intercept says what balances.
+#: The centre of the features, so that the intercept says what balances; that of the violation is
+#: halved, as is the least one.
 CENTRE = (0.0, 1.0, -1.0, 2.0, -3.7, -1.0)
 
 

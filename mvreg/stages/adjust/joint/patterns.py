@@ -52,14 +52,15 @@ def patterns(
         return ()
     shapes = [_Shape(surface) for surface in surfaces]
     columns = _columns(found, shapes, motions, frame)
-    values, residuals = np.zeros((count, ALL)), found.residuals
+    values, residuals, size = np.zeros((count, ALL)), found.residuals, 1.0
     told = list[Pattern]()
     for again in range(ROUNDS):
         kept = found.weights * weight(residuals, width)
         last = again == ROUNDS - 1
         classed = graded if last else ()
         normal, gradient, modes = _sums(found, columns, kept, residuals, classed, count)
-        size = variance(replace(found, residuals=residuals))
+        if last or not again:
+            size = variance(replace(found, residuals=residuals))
         prior = np.zeros((count, ALL))
         prior[:, SCALE:] = size / PRIOR**2
         prior[:, :SCALE] = LOOSE * normal.diagonal().max()
@@ -107,14 +108,19 @@ def _sums(
     modes = [np.zeros((many, count, ALL)) for many in classes]
     for way, (pair, ends) in enumerate(zip(found.contacts.ways.tolist(), columns, strict=True)):
         rows = slice(*found.contacts.ends[way : way + 2])
-        weighted = [kept[rows, None] * end for end in ends]
-        for k, mine in zip(pair, weighted, strict=True):
-            gradient[k] += mine.T @ residuals[rows]
-            for groups, many, sums in zip(graded, classes, modes, strict=True):
-                for one in range(many):
-                    sums[one, k] += mine.T @ np.where(groups[rows] == one, residuals[rows], 0.0)
-            for other, theirs in zip(pair, ends, strict=True):
-                normal[k, :, other] += mine.T @ theirs
+        both = np.hstack(ends)
+        weighted = kept[rows, None] * both
+        found_here = (weighted.T @ both).reshape(2, ALL, 2, ALL)
+        along = (weighted.T @ residuals[rows]).reshape(2, ALL)
+        for a, k in enumerate(pair):
+            gradient[k] += along[a]
+            for b, other in enumerate(pair):
+                normal[k, :, other] += found_here[a, :, b]
+        for groups, many, sums in zip(graded, classes, modes, strict=True):
+            apart = np.where(groups[rows, None] == np.arange(many), residuals[rows, None], 0.0)
+            of_class = (apart.T @ weighted).reshape(many, 2, ALL)
+            for a, k in enumerate(pair):
+                sums[:, k] += of_class[:, a]
     size = count * ALL
     return normal.reshape(size, size), gradient, np.concatenate([np.zeros((0, count, ALL)), *modes])
 
