@@ -6,7 +6,7 @@ All are frozen. Lengths are in the unit of the scans, which no stage needs to kn
 
 from __future__ import annotations
 
-from mvreg.geometry.arrays import Array, Indices, Places
+from mvreg.geometry.arrays import Array, Indices
 from mvreg.types.given import Scans
 from mvreg.types.inputs import Finding, Input
 from mvreg.types.pointlike import PointLike
@@ -41,7 +41,6 @@ __all__ = [
     "Pair",
     "Part",
     "Pattern",
-    "Places",
     "PointLike",
     "PoseScatter",
     "Registration",

@@ -91,7 +91,7 @@ def cases():
         "rays.Rays.nearby": (m["rays"].nearby, (points, 4)),
         "evidence.directed_evidence": (
             evidence.directed_evidence,
-            (*sight, np.zeros(3), 4.0, motion, 0.5, 0.5, True, m["rays"], 4, 0.1),
+            (*sight, np.zeros(3), 4.0, motion, 0.5, 0.5, True, m["rays"], 4, 0.1, 0.1),
         ),
         "evidence.which_may_overlap": (
             evidence.which_may_overlap,

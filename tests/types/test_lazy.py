@@ -31,7 +31,7 @@ def test_that_the_latest_keep_what_they_have_worked_out(monkeypatch):
 def test_that_few_trees_of_large_scans_are_kept(monkeypatch):
     monkeypatch.setattr("mvreg.types.lazy.threads", lambda: 2)
     monkeypatch.setattr("mvreg.types.scan.MANY", 10)
-    scans = blob_scans(4).scans
+    scans = [replace(scan) for scan in blob_scans(4).scans]  # the kept ones may have trees
     spacings = [scan.spacing for scan in scans]
     assert ["tree" in vars(scan) for scan in scans] == [False, False, True, True]
     assert [scan.spacing for scan in scans] == spacings

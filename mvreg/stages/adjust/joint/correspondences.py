@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from mvreg.geometry.arrays import Places
 from mvreg.geometry.boxes import near_boxes
 from mvreg.geometry.ragged import ends_of, picked
 from mvreg.kernels import contacts as kernel
@@ -15,7 +16,7 @@ from mvreg.kernels import overlap
 from mvreg.kernels.results import PatchContacts
 from mvreg.parallel import Answer, in_threads, slices
 from mvreg.stages.adjust.joint.surface import Surface
-from mvreg.types import Array, Indices, Places
+from mvreg.types import Array, Indices
 
 #: Contacts of a pair of scans, at least: twice as many as a motion has degrees of freedom.
 FEWEST = 12
