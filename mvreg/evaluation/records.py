@@ -17,7 +17,7 @@ TIMES_95 = 1.959964
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """How far a pose may be off by noise alone: `rotation` (degrees), `translation` (length).
+    """How far a pose may be off in the right place: `rotation` (degrees), `translation` (length).
 
     Root mean squares over all directions, from `Result.covariances`; of the translation that of
     the scan's own middle. `axes_95` is half the width of the middle's 95 per cent interval along
