@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from mvreg.errors import InputError, few
-from mvreg.io.table import excerpt
+from mvreg.io.table import as_float, excerpt
 from mvreg.io.utf8 import read_utf8
 from mvreg.types import Array
 from mvreg.types.column_names import axes_named, clean
@@ -106,8 +106,5 @@ def _target(
 
 
 def _number(cell: str) -> float | None:
-    try:
-        found = float(cell.replace(",", "."))
-    except ValueError:
-        return None
-    return found if np.isfinite(found) else None
+    found = as_float(cell.replace(",", "."))
+    return None if found is None or not np.isfinite(found) else found
