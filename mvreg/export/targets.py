@@ -65,8 +65,9 @@ class Targets:
                 continue
             pose, more = fitted(names, model, world, f"{self.files[0]} and {self.files[1]}")
             poses = {name: pose @ each for name, each in component.poses.items()}
-            moved.append(replace(component, poses=poses))
-            said += more
+            moved.append(replace(component, poses=poses, reference=""))
+            whose = f"component_{component.number}: " if component.number > 1 else ""
+            said += [f"{whose}{each}" for each in more]
         return replace(found, components=tuple(moved)), said
 
     def _pairs(self, component: Component) -> tuple[list[str], Array, Array]:
