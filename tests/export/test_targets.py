@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -118,6 +119,9 @@ def test_that_components_come_by_their_own_targets(tmp_path):
     odd = Targets((*measured, Target("T0", "x.ply", np.zeros(3), 9)), known, ("m", "k"))
     with pytest.raises(InputError, match=r"m: expected targets measured in .* a.ply, .*x.ply"):
         odd.in_map(found)
+    twins = replace(found, names=(*found.names, "a.pts"))  # of which one is "a"?
+    with pytest.raises(InputError, match=r"m: expected targets measured in .* a.pts; got a$"):
+        Targets(measured, known, ("m", "k")).in_map(twins)
 
 
 def test_that_a_run_is_exported_in_the_frame_of_the_map(tmp_path, capsys):
