@@ -13,30 +13,22 @@ import numpy as np
 from mvreg import contracts, events
 from mvreg.errors import InputError
 from mvreg.execution.threads import Threads, Workers
-from mvreg.execution.work import found_or_made
-from mvreg.geometry.nearest import mean_spacing
 from mvreg.initial import with_initial
-from mvreg.parallel import in_threads, one_by_one
+from mvreg.preparation import prepared
 from mvreg.screening import refine_best
-from mvreg.stage_calls import check_described, checked
-from mvreg.store.content import UnknownContentError, digest, stage_digest, versions
+from mvreg.stage_calls import checked
 from mvreg.store.folder import NoStore, Store
-from mvreg.surface.largest_range import without_largest_range
-from mvreg.surface.normals import facing_normals
 from mvreg.types import (
     Array,
     Model,
     Pair,
     Registration,
     Result,
-    Sample,
-    Scale,
     Scan,
     Verdict,
     View,
     ViewGraph,
 )
-from mvreg.types.lazy import forget
 
 
 @contextmanager
@@ -50,9 +42,6 @@ def timed(seconds: dict[str, float], stage: str) -> Iterator[None]:
 
 
 NOTHING_KEPT, THREADS = NoStore(), Threads()
-#: Raw points of all scans whose trees are kept once they are prepared: 100 MB. Those of more are
-#: built again by what asks for them, and take a third of what is kept of a scan.
-HELD_IN_TREES = 2_000_000
 
 
 @dataclass(frozen=True)
@@ -133,44 +122,7 @@ class Pipeline:
         InputError
             If there are fewer than two scans, or two share a name.
         """
-        names = [scan.name for scan in scans]
-        twice = sorted({name for name in names if names.count(name) > 1})
-        if len(scans) < 2 or twice:
-            found = f"{len(scans)} scan(s)" if len(scans) < 2 else f"{', '.join(twice)} twice"
-            raise InputError(f"expected at least two scans with different names, got {found}")
-        seconds: dict[str, float] = {}
-        scans = in_threads(_looked_at, scans)
-        with timed(seconds, "downsample"):
-            samples, spacing = checked("downsample", self.downsample)(scans, rng)
-        resolutions = in_threads(lambda sample: mean_spacing(sample.points), samples)
-        describe = checked("describe", self.describe)
-        many = sum(len(scan.points) for scan in scans) > HELD_IN_TREES
-        scale = Scale(spacing, float(np.median([r for r in resolutions if r > 0] or [0.0])))
-
-        def described(scan: Scan, sample: Sample, resolution: float) -> View:
-            features, normals = found_or_made(
-                self.store,
-                lambda: described_key(describe, scan, sample, scale),
-                lambda: described_anew(scan, sample, resolution),
-            )
-            if many:
-                forget(scan, "tree")
-            return View(scan.name, sample.points, normals, features, resolution, scale, scan)
-
-        def described_anew(scan: Scan, sample: Sample, resolution: float) -> tuple[Any, ...]:
-            features = describe(scan, sample.keypoints, spacing)
-            return features, facing_normals(scan, sample.points, features, resolution)
-
-        views = []
-        each = list(zip(scans, samples, resolutions, strict=True))
-        before = time.perf_counter()
-        for index, view in enumerate(one_by_one(lambda one: described(*one), each)):
-            seconds["describe"] = time.perf_counter() - before  # others are under way meanwhile
-            self.emit(events.ViewPrepared(view, index, len(scans), seconds))
-            views.append(view)
-            seconds, before = {}, time.perf_counter()
-        check_described(self.describe, views)
-        return views
+        return prepared(scans, rng, self.downsample, self.describe, self.store, self.emit)
 
     def register(
         self,
@@ -259,23 +211,6 @@ class Pipeline:
     def place(self, view: View, T_model_scan: Array) -> None:
         """Tell observers of a pose that needs no merging, as in a tree of scans."""
         self.emit(events.ViewPlaced(view.name, T_model_scan))
-
-
-def _looked_at(scan: Scan) -> Scan:
-    """The scan without what stands at the largest range, its spacing known: by one tree."""
-    found = without_largest_range(scan)
-    _ = found.spacing
-    return found
-
-
-def described_key(
-    describe: contracts.Describe, scan: Scan, sample: Sample, scale: Scale
-) -> str | None:
-    """What the description of a scan is kept under."""
-    try:
-        return digest(versions(), "described", stage_digest(describe), scan, sample, scale)
-    except UnknownContentError:
-        return None
 
 
 #: The kinds of stage in a pipeline.

@@ -60,7 +60,7 @@ def test_a_parameter_out_of_range_is_refused():
 
 def test_trees_of_many_raw_points_are_let_go_of(monkeypatch):
     assert all("tree" in vars(view.scan) for view in pipeline().prepare(fresh(), rng()))
-    monkeypatch.setattr("mvreg.pipeline.HELD_IN_TREES", 100)
+    monkeypatch.setattr("mvreg.preparation.HELD_IN_TREES", 100)
     assert not any("tree" in vars(view.scan) for view in pipeline().prepare(fresh(), rng()))
 
 

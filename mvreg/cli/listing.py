@@ -99,8 +99,10 @@ def plugins(arguments: Sequence[str]) -> int:
         from mvreg.cli.checking import check
 
         return check(arguments[1:])
+    from inspect import getdoc  # late: --help does without
+
     parser = argparse.ArgumentParser(
-        "mvreg plugins", description=(plugins.__doc__ or "").replace("\n    ", "\n"),
+        "mvreg plugins", description=getdoc(plugins),
         formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog="mvreg plugins check [NAME] checks that they do what their contracts ask",
     )  # fmt: skip

@@ -91,10 +91,10 @@ def origin(error: Exception) -> str:
 def no_such_choice(file: str, options: Iterable[str]) -> str:
     """For ``refine=foo``."""
     group, _, name = file.rpartition("/")
-    if folder := file.removeprefix("dataset/") if file.startswith("dataset/") else "":
-        listed = ", ".join(options or choices().get("dataset", ()))
-        if Path(folder).is_dir():
-            return f"dataset={folder} is no data set: {a_folder(folder)}; data sets: {listed}"
+    kind, _, folder = file.partition("/")
+    if kind == "dataset" and folder and Path(folder).is_dir():
+        listed = ", ".join(options or choices().get(kind, ()))
+        return f"dataset={folder} is no data set: {a_folder(folder)}; data sets: {listed}"
     if file == "hydra/launcher/joblib":
         return "hydra/launcher=joblib is not installed: pip install hydra-joblib-launcher"
     plus = "" if group in (*KINDS, "executor") or group.startswith("hydra/") or not group else "+"
@@ -116,7 +116,7 @@ def no_such_key(key: str, known: Iterable[str], cls: type | None = None) -> str:
     owner = f"parameters of {stage.kind}={stage.name}" if stage else "keys"
     near = difflib.get_close_matches(key.rpartition(".")[2], names, n=1)
     hint = f"did you mean {near[0]}? " if near else ""
-    if owner == "keys" and "." not in key:
+    if stage is None and "." not in key:
         kinds = dict.fromkeys(s.kind for s in manager.stages().values() if key in s.parameters)
         full = " or ".join(f"{kind}.{key}" for kind in kinds)
         hint = f"did you mean {full}? " if full else hint

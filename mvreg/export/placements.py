@@ -31,7 +31,7 @@ class Component:
     number : int
         1 is the reference's.
     reference : str
-        The scan whose frame is the component's.
+        The scan whose frame is the component's; empty where that is the frame of a map.
     poses : mapping of str to (4, 4) array
         ``T_model_scan`` by scan, in the order of the data set, from the frame that the scan has in
         its file: what ``dataset.scramble`` did is undone.

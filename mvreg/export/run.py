@@ -108,11 +108,11 @@ def _missing(found: Placements) -> list[str]:
     if found.unplaced:
         names = list(found.unplaced)
         said.append(f"{len(names)} scan(s) without a pose are left out: {few(names)}")
-    said += [
-        f"component_{c.number} is in a frame of its own, that of {c.reference}: "
-        f"{few(list(c.poses))}"
-        for c in found.components if c.number > 1
-    ]  # fmt: skip
+    for c in found.components:
+        if c.number > 1:
+            own = f"a frame of its own, that of {c.reference}"
+            frame = own if c.reference else "the frame of the map"
+            said.append(f"component_{c.number} is in {frame}: {few(list(c.poses))}")
     return said
 
 

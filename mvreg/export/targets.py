@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePath
 
@@ -55,29 +55,34 @@ class Targets:
         InputError
             Where there are too few targets, or they do not fit.
         """
-        self._check_scans(found)
+        scans = self._scans(found)
         moved, said = [], []
         for component in found.components:
-            names, model, world = self._pairs(component)
+            names, model, world = self._pairs(component, scans)
             if component.number > 1 and len(names) < 3:
                 said.append(f"component_{component.number} has no three targets: not in the map")
                 moved.append(component)
                 continue
             pose, more = fitted(names, model, world, f"{self.files[0]} and {self.files[1]}")
             poses = {name: pose @ each for name, each in component.poses.items()}
-            moved.append(replace(component, poses=poses))
-            said += more
+            moved.append(replace(component, poses=poses, reference=""))
+            whose = f"component_{component.number}: " if component.number > 1 else ""
+            said += [f"{whose}{each}" for each in more]
         return replace(found, components=tuple(moved)), said
 
-    def _pairs(self, component: Component) -> tuple[list[str], Array, Array]:
+    def _pairs(
+        self, component: Component, scans: Mapping[str, str]
+    ) -> tuple[list[str], Array, Array]:
         """Targets that both tables have, in the component's frame and in the map.
 
-        One measured in several scans is at the mean of where these have it.
+        One measured in several scans is at the mean of where these have it; one of no scan is in
+        the frame of the first model.
         """
+        poses = {scan: component.poses.get(name) for scan, name in scans.items()}
+        poses[""] = np.eye(4) if component.number == 1 else None
         places: dict[str, list[Array]] = {}
         for target in self.measured:
-            pose = _pose_of(target.scan, component)
-            if pose is not None:
+            if (pose := poses[target.scan]) is not None:
                 places.setdefault(target.name, []).append(se3.apply(pose, target.position))
         pairs = [(each.name, places[each.name], each.position)
                  for each in self.known if each.name in places]  # fmt: skip
@@ -85,22 +90,19 @@ class Targets:
         world = np.array([position for _, _, position in pairs]).reshape(-1, 3)
         return [name for name, _, _ in pairs], model, world
 
-    def _check_scans(self, found: Placements) -> None:
-        stems = {PurePath(name).stem for name in found.names} | {*found.names, ""}
-        unknown = sorted({each.scan for each in self.measured} - stems)
+    def _scans(self, found: Placements) -> dict[str, str]:
+        """The run's names of scans, by these and by those without the ending where one has it."""
+        stems = [PurePath(name).stem for name in found.names]
+        known = {stem: name for stem, name in zip(stems, found.names, strict=True)
+                 if stems.count(stem) == 1}  # fmt: skip
+        known |= {name: name for name in found.names}
+        unknown = sorted({each.scan for each in self.measured} - {*known, ""})
         if unknown:
             raise InputError(
                 f"{self.files[0]}: expected targets measured in the scans "
                 f"{few(list(found.names))}; got {few(unknown)}"
             )
-
-
-def _pose_of(scan: str, component: Component) -> Array | None:
-    """``T_model_scan``; of no scan, the frame of the first model itself."""
-    if not scan:
-        return np.eye(4) if component.number == 1 else None
-    stems = {PurePath(name).stem: pose for name, pose in component.poses.items()}
-    return component.poses.get(scan, stems.get(scan))
+        return known
 
 
 def fitted(names: Sequence[str], model: Array, world: Array, files: str) -> tuple[Array, list[str]]:

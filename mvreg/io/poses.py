@@ -13,6 +13,7 @@ from mvreg.errors import InputError, few
 from mvreg.geometry import se3
 from mvreg.io.rigid import FINE, nearest_rigid
 from mvreg.io.table import excerpt, is_number
+from mvreg.io.utf8 import read_utf8
 from mvreg.types import Array
 
 #: Deviation of a quaternion's length from 1 that rounding in a text file explains.
@@ -50,14 +51,8 @@ def read_poses_and_remarks(path: str | Path) -> tuple[dict[str, Array], tuple[st
     reader = readers.get(path.suffix.lower())
     if reader is None:
         raise InputError(f"{path}: expected poses in a file ending in {' or '.join(readers)}")
-    try:
-        text = path.read_bytes().decode("utf-8-sig")
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from error
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: expected text in UTF-8: {error}") from error
     found = Found()
-    reader(text, path, found)
+    reader(read_utf8(path), path, found)
     if not found.poses:
         raise InputError(f"{path}: expected at least one pose, found none")
     return found.poses, found.remarks(path)

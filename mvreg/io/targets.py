@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from mvreg.errors import InputError, few
-from mvreg.io.table import excerpt
+from mvreg.io.table import as_float, excerpt
+from mvreg.io.utf8 import read_utf8
 from mvreg.types import Array
 from mvreg.types.column_names import axes_named, clean
 
@@ -44,13 +45,7 @@ def read_targets(path: str | Path) -> list[Target]:
         With file, line and reason; also where a target is there twice in the same frame.
     """
     path = Path(path)
-    try:
-        text = path.read_bytes().decode("utf-8-sig")
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from error
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: expected text in UTF-8: {error}") from error
-    lines = [(number, line) for number, line in enumerate(text.splitlines(), 1)
+    lines = [(number, line) for number, line in enumerate(read_utf8(path).splitlines(), 1)
              if line.strip() and not line.lstrip().startswith("#")]  # fmt: skip
     rows = [(number, _cells(line, number, path)) for number, line in lines]
     if not rows:
@@ -111,8 +106,5 @@ def _target(
 
 
 def _number(cell: str) -> float | None:
-    try:
-        found = float(cell.replace(",", "."))
-    except ValueError:
-        return None
-    return found if np.isfinite(found) else None
+    found = as_float(cell.replace(",", "."))
+    return None if found is None or not np.isfinite(found) else found

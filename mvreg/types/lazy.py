@@ -55,7 +55,7 @@ class Latest:
             gone, self._owners = self._owners[: -threads()], self._owners[-threads() :]
         for each in gone:
             if (old := each()) is not None:
-                vars(old).pop(self.name, None)
+                forget(old, self.name)
 
 
 def forget(owner: object, name: str) -> None:

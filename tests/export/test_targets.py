@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ import mvreg
 from mvreg.cli.main import main
 from mvreg.errors import InputError
 from mvreg.export.placements import Component, Placements
+from mvreg.export.run import export
 from mvreg.export.table import BY_NAME
 from mvreg.export.targets import Targets, fitted
 from mvreg.geometry import se3
@@ -77,7 +79,7 @@ def test_that_a_model_upside_down_is_told():
     assert "upside down: are easting and northing" in said[-1]
 
 
-def test_that_components_come_by_their_own_targets():
+def test_that_components_come_by_their_own_targets(tmp_path):
     poses = {name: se3.random(RNG, 5) for name in ("a.ply", "b.ply", "c.ply", "d.ply")}
     components = (
         Component(1, "a.ply", {name: poses[name] for name in ("a.ply", "b.ply")}),
@@ -104,9 +106,22 @@ def test_that_components_come_by_their_own_targets():
                                        atol=1e-6)  # fmt: skip
     assert moved.components[2] is components[2]
     assert "component_3 has no three targets: not in the map" in said
+    report = {
+        "reference": "a.ply",
+        "poses": components[0].poses,
+        "components": [{"number": c.number, "reference": c.reference, "poses": c.poses}
+                       for c in components[1:]],
+    }  # fmt: skip
+    told = export(report, [], tmp_path, list, list, Targets(measured, known, ("m", "k")))
+    assert "component_2 is in the frame of the map: c.ply" in told
+    assert any(each.startswith("component_2: target T1: ") for each in told)
+    assert "component_3 is in a frame of its own, that of d.ply: d.ply" in told
     odd = Targets((*measured, Target("T0", "x.ply", np.zeros(3), 9)), known, ("m", "k"))
     with pytest.raises(InputError, match=r"m: expected targets measured in .* a.ply, .*x.ply"):
         odd.in_map(found)
+    twins = replace(found, names=(*found.names, "a.pts"))  # of which one is "a"?
+    with pytest.raises(InputError, match=r"m: expected targets measured in .* a.pts; got a$"):
+        Targets(measured, known, ("m", "k")).in_map(twins)
 
 
 def test_that_a_run_is_exported_in_the_frame_of_the_map(tmp_path, capsys):

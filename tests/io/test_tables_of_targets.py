@@ -46,6 +46,7 @@ def test_that_tables_are_read_as_they_come(tmp_path, kind):
         ("what,x,y,z\nT1,1,2,3\n", "expected columns name, x, y and z"),
         ("T1 1 2 3\nT2 4 5\n", "line 2: expected a name and three numbers, got 'T2 4 5'"),
         ("T1 1 2 3\nT2 4 nan 5\n", "line 2: expected a name and three numbers"),
+        ("T1 1 2 3\nT2 4 1_0 5\n", "line 2: expected a name and three numbers"),
         ("T1 1 2 3\n\nT1 4 5 6\n", "line 3: target 'T1' is in line 1, too"),
         ("T1 a 1 2 3\nT1 b 4 5 6\nT1 a 7 8 9", "line 3: target 'T1' is in line 1, too"),
     ],
