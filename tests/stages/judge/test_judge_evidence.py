@@ -1,6 +1,8 @@
 """The judge by evidence: probability, alternatives, loops; scans and models with parts."""
 
+import gc
 from dataclasses import replace
+from weakref import ref
 
 import numpy as np
 import pytest
@@ -105,6 +107,28 @@ def test_parts_that_cannot_be_met_are_not_asked():
     assert [view_pair.target for view_pair in asked] == [pair.target]
     alone = view_pairs(pair.source, pair.target, pair.T_target_source)
     assert pool_evidence(asked) == pool_evidence(alone)
+
+
+def test_what_was_measured_last_is_kept_as_long_as_the_views_are():
+    pair = overlap()
+    source, target = (replace(view) for view in (pair.source, pair.target))
+    (first,) = view_pairs(source, target, pair.T_target_source)
+    sides = first.sides
+    (again,) = view_pairs(source, target, pair.T_target_source.copy())
+    assert again.sides is sides
+    for other in (view_pairs(source, target, np.eye(4)), view_pairs(target, source, np.eye(4))):
+        assert other[0].sides is not sides
+    (anew,) = view_pairs(source, target, pair.T_target_source)
+    assert anew.sides is not sides, "another pose was asked for since"
+    alive = ref(source), ref(target)
+    collected = gc.isenabled()
+    gc.disable()  # they go at once, without a look for cycles
+    try:
+        del source, target, first, again, anew, other
+        assert [view() for view in alive] == [None, None]
+    finally:
+        if collected:
+            gc.enable()
 
 
 def test_a_loop_that_does_not_close_is_seen():
