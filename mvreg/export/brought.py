@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from mvreg.errors import MvregError, PluginError
 from mvreg.export.formats import Format, PointFormat, PoseFormat
-from mvreg.stage_calls.culprit import raised
+from mvreg.plugins.traced import raised
 from mvreg.types.checks import shown
 
 if TYPE_CHECKING:
@@ -114,7 +114,7 @@ class Guarded:
         except (MvregError, OSError):
             raise
         except Exception as cause:
-            raise self.error(raised(cause, write)) from cause
+            raise self.error(raised(cause, write, __file__)) from cause
         if not isinstance(said, list) or not all(isinstance(each, str) for each in said):
             raise self.error(f"got {shown(said)}; return [] where there is nothing to say")
         return said
