@@ -42,7 +42,8 @@ class ViewPair:
     T_target_source: Array
     T_common_source: Array | None = None
     step: int = 1
-    _sides: list[tuple[DirectedEvidence, DirectedEvidence]] = field(
+    #: The `sides`, once they are known; who measures the same again may take them over.
+    measured: list[tuple[DirectedEvidence, DirectedEvidence]] = field(
         default_factory=list, init=False, repr=False
     )
     _lock: Lock = field(default_factory=Lock, init=False, repr=False)
@@ -59,9 +60,9 @@ class ViewPair:
         Evaluated once, however often the view pair is pooled, and by however many threads.
         """
         with self._lock:
-            if not self._sides:
+            if not self.measured:
                 back = se3.invert(self.T_target_source)
-                self._sides.append(
+                self.measured.append(
                     (
                         directed_evidence(
                             self.source, self.target, self.T_target_source, self.step
@@ -69,7 +70,7 @@ class ViewPair:
                         directed_evidence(self.target, self.source, back, self.step),
                     )
                 )
-        return self._sides[0]
+        return self.measured[0]
 
 
 def free_space_violation(sides: Sequence[DirectedEvidence]) -> tuple[float | None, str]:

@@ -10,7 +10,7 @@ from mvreg.export.brought import Guarded
 from mvreg.export.formats import Format as ExportFormat
 from mvreg.io import Format
 from mvreg.kit.outcomes import Outcome, Status, Subject
-from mvreg.kit.stages import in_words, tests_of
+from mvreg.kit.stages import derived, outcomes_of
 from mvreg.testing import ExportContract, ReaderContract
 
 #: What the keys of formats out and in begin with among those of stages.
@@ -25,7 +25,9 @@ def check_export(
     plain = type("Suite", (ExportContract,), {"format": each})
     special = suites.get(f"{EXPORT}{each.name}")
     own = each.write.format.write if isinstance(each.write, Guarded) else each.write
-    yield from _run(subject, special or plain, ExportContract, each.name, own)
+    yield from outcomes_of(
+        lambda: _suite_of(special or plain, ExportContract, each.name), subject, own
+    )
 
 
 def check_reader(
@@ -42,29 +44,15 @@ def check_reader(
             f"'{READER}{each.name}' to have it read",
         )  # fmt: skip
         return
-    yield from _run(subject, special, ReaderContract, each.name, each.read)
+    yield from outcomes_of(
+        lambda: _suite_of(special, ReaderContract, each.name), subject, each.read
+    )
 
 
-def _run(
-    subject: Subject, suite: type, contract: type, name: str, culprit: Any
-) -> Iterator[Outcome]:
-    made: list[Any] = []
-    outcome = subject.asked("has a suite", lambda: made.append(_checked(suite, contract, name)()))
-    if not made:
-        yield outcome
-        return
-    for test in tests_of(suite):
-        yield subject.asked(in_words(test), getattr(made[0], test), culprit)
-
-
-def _checked(suite: object, contract: type, name: str) -> type:
-    """Refuse what is no suite of such formats, or of another one."""
-    if not (isinstance(suite, type) and issubclass(suite, contract)):
-        raise PluginError(
-            f"expected a subclass of mvreg.testing.{contract.__name__} for {name!r} of "
-            f"mvreg_suites(); got {suite!r}"
-        )
+def _suite_of(special: type, contract: type, name: str) -> Any:
+    """A suite, made; refused if it is none of such formats, or of another one."""
+    suite = derived(special, contract, name)
     found = getattr(getattr(suite, "format", None), "name", None)
     if found != name:
         raise PluginError(f"expected {suite.__name__}.format to be {name!r}; got {found!r}")
-    return suite
+    return suite()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -30,21 +30,25 @@ def check_stage(entry: Registered, suites: Mapping[str, type]) -> Iterator[Outco
             f"needs {', '.join(needed)}; let mvreg_suites() return a suite with such a stage",
         )  # fmt: skip
         return
+    formless = False
+    for found in outcomes_of(lambda: suite_of(entry, suites)(), subject, entry.cls):
+        if formless and found.status is Status.failed and IN_THE_SUITE.search(found.text):
+            yield subject.outcome(found.check, Status.skipped, FORMLESS)
+        else:
+            yield found
+        formless |= found.check == in_words(FORM) and found.status is Status.failed
+
+
+def outcomes_of(make: Callable[[], Any], subject: Subject, culprit: Any) -> Iterator[Outcome]:
+    """Make a suite and run it: an outcome per test, or the one that it cannot be made."""
     made: list[Any] = []
-    outcome = subject.asked(
-        "has a suite", lambda: made.append(suite_of(entry, suites)()), entry.cls
-    )
+    outcome = subject.asked("has a suite", lambda: made.append(make()), culprit)
     if not made:
         yield outcome
         return
     (suite,) = made
-    formless = False
     for name in tests_of(type(suite)):
-        found = subject.asked(in_words(name), getattr(suite, name), entry.cls)
-        if formless and found.status is Status.failed and IN_THE_SUITE.search(found.text):
-            found = subject.outcome(found.check, Status.skipped, FORMLESS)
-        yield found
-        formless |= name == FORM and found.status is Status.failed
+        yield subject.asked(in_words(name), getattr(suite, name), culprit)
 
 
 def suite_of(entry: Registered, suites: Mapping[str, type]) -> type:
@@ -59,15 +63,21 @@ def suite_of(entry: Registered, suites: Mapping[str, type]) -> type:
     special = suites.get(entry.key)
     if special is None:
         return type("Suite", (contract,), {"stage": entry.cls()})
-    if not (isinstance(special, type) and issubclass(special, contract)):
-        raise PluginError(
-            f"expected a subclass of mvreg.testing.{contract.__name__} for {entry.key!r} of "
-            f"mvreg_suites(); got {special!r}"
-        )
-    stage = getattr(special(), "stage", None)
+    suite = derived(special, contract, entry.key)
+    stage = getattr(suite(), "stage", None)
     if not isinstance(stage, entry.cls):
         raise PluginError(
-            f"expected {special.__name__}.stage to be a {entry.cls.__name__}; got {stage!r}"
+            f"expected {suite.__name__}.stage to be a {entry.cls.__name__}; got {stage!r}"
+        )
+    return suite
+
+
+def derived(special: object, contract: type, name: str) -> type:
+    """Refuse what a plugin has as the suite of something if it is not derived from the contract."""
+    if not (isinstance(special, type) and issubclass(special, contract)):
+        raise PluginError(
+            f"expected a subclass of mvreg.testing.{contract.__name__} for {name!r} of "
+            f"mvreg_suites(); got {special!r}"
         )
     return special
 

@@ -16,7 +16,7 @@ def raised(error: Exception, culprit: Any, passed_over: str | None = None) -> st
     culprit : type or callable
         What was called.
     passed_over : str, optional
-        The folder of the code that called it, whose steps are none of its own.
+        The file or folder of the code that called it, whose steps are none of its own.
     """
     steps = traceback.extract_tb(error.__traceback__)
     frames = [

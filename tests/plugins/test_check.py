@@ -180,11 +180,12 @@ def test_a_name_that_two_plugins_have_is_found_by_the_check_of_one(packages):
     assert "two plugins are called 'good': one of dist-" in done.stdout
 
 
-def test_a_plugin_that_brings_nothing_is_said_to(packages):
-    install(packages, "empty", "def mvreg_stages():\n    return {}\n")
+@pytest.mark.parametrize(("hook", "nothing"), [("mvreg_stages", "{}"), ("mvreg_formats", "[]")])
+def test_a_plugin_that_brings_nothing_is_said_to(hook, nothing, packages):
+    install(packages, "empty", f"def {hook}():\n    return {nothing}\n")
     done = mvreg("plugins", "check", "empty", packages=packages, cwd=packages)
     assert done.returncode == 1
-    assert "it brings something\n    expected mvreg_stages to return something" in done.stdout
+    assert f"it brings something\n    expected {hook} to return something" in done.stdout
 
 
 def test_a_distribution_without_an_entry_point_is_told_what_it_lacks(packages):

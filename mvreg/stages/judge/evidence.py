@@ -21,8 +21,6 @@ NEGLIGIBLE = 0.1
 #: An alternative is no rival of a pose with so many times its odds: of an object on a plate, which
 #: holds two thirds of the points, turned poses have up to 0.5, the right ones 0.999.
 CLEARLY = 100.0
-
-
 #: A pose under which more of the points float is not compared with others by what floats: it may be
 #: wrong as they are, and fit a little better. Of a facade the right poses have 0.005 and less.
 HARDLY = 0.005
@@ -161,13 +159,12 @@ class EvidenceJudge:
             if likely < NEGLIGIBLE * self.max_alternative:
                 return likely
         rival = pool_evidence(view_pairs(source, target, T_target_source))
-        if evidence.violation is None or evidence.violation > HARDLY:
+        hardly = evidence.violation is not None and evidence.violation <= HARDLY
+        better = evidence.log_odds_over(rival) if hardly else 0.0
+        if better <= 0:
             return rival.plausibility
-        better = evidence.log_odds_over(rival)
         beside = odds(evidence.probability) * np.exp(-better)
-        return float(
-            min(rival.plausibility, beside / (1 + beside)) if better > 0 else rival.plausibility
-        )
+        return float(min(rival.plausibility, beside / (1 + beside)))
 
     def distinct_alternatives(self, registration: Registration, source: View) -> list[Array]:
         """The alternatives that are clearly different from the pose."""

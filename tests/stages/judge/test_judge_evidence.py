@@ -1,6 +1,8 @@
 """The judge by evidence: probability, alternatives, loops; scans and models with parts."""
 
+import gc
 from dataclasses import replace
+from weakref import ref
 
 import numpy as np
 import pytest
@@ -9,7 +11,7 @@ from mvreg.errors import InputError
 from mvreg.evidence.pooled import pool_evidence
 from mvreg.evidence.pooling import SUBSAMPLING
 from mvreg.geometry import se3
-from mvreg.stages.judge.evidence import EvidenceJudge, view_pairs
+from mvreg.stages.judge.evidence import HARDLY, EvidenceJudge, odds, view_pairs
 from mvreg.surface.displacement import rms_apart
 from mvreg.testing import blob_scans, blob_views, overlap
 from mvreg.testing.scans import blob_scan, plane_scans, sensor_pose
@@ -81,7 +83,7 @@ def test_a_subsample_at_an_alternative_tells_what_a_whole_one_does():
         assert told == pytest.approx((whole if likely else subsampled).plausibility)
 
 
-def test_an_alternative_with_far_more_violations_is_less_probable():
+def test_an_alternative_with_far_more_violations_is_less_probable(monkeypatch):
     pair, judge = overlap(), EvidenceJudge()
     pose = pair.T_target_source
     there = pool_evidence(view_pairs(pair.source, pair.target, pose))
@@ -93,6 +95,14 @@ def test_an_alternative_with_far_more_violations_is_less_probable():
     assert few[0].log_odds_over(few[1]) < there.log_odds_over(floating)
     told = judge.likelihood(pair.source, pair.target, pose, floating)
     assert told == there.plausibility, "the better one loses nothing"
+    assert there.violation <= HARDLY
+    monkeypatch.setattr("mvreg.stages.judge.evidence.pool_evidence", lambda pairs: floating)
+    beside = odds(there.probability) / np.exp(there.log_odds_over(floating))
+    told = judge.likelihood(pair.source, pair.target, pose, there)
+    assert told == pytest.approx(beside / (1 + beside))
+    assert told < floating.plausibility
+    much = replace(there, violation=2 * HARDLY)
+    assert judge.likelihood(pair.source, pair.target, pose, much) == floating.plausibility
 
 
 def test_parts_that_cannot_be_met_are_not_asked():
@@ -105,6 +115,28 @@ def test_parts_that_cannot_be_met_are_not_asked():
     assert [view_pair.target for view_pair in asked] == [pair.target]
     alone = view_pairs(pair.source, pair.target, pair.T_target_source)
     assert pool_evidence(asked) == pool_evidence(alone)
+
+
+def test_what_was_measured_last_is_kept_as_long_as_the_views_are():
+    pair = overlap()
+    source, target = (replace(view) for view in (pair.source, pair.target))
+    (first,) = view_pairs(source, target, pair.T_target_source)
+    sides = first.sides
+    (again,) = view_pairs(source, target, pair.T_target_source.copy())
+    assert again.sides is sides
+    for other in (view_pairs(source, target, np.eye(4)), view_pairs(target, source, np.eye(4))):
+        assert other[0].sides is not sides
+    (anew,) = view_pairs(source, target, pair.T_target_source)
+    assert anew.sides is not sides, "another pose was asked for since"
+    alive = ref(source), ref(target)
+    collected = gc.isenabled()
+    gc.disable()  # they go at once, without a look for cycles
+    try:
+        del source, target, first, again, anew, other
+        assert [view() for view in alive] == [None, None]
+    finally:
+        if collected:
+            gc.enable()
 
 
 def test_a_loop_that_does_not_close_is_seen():

@@ -12,7 +12,8 @@ from mvreg.evidence.calibration import LOOP_CHANCE
 from mvreg.types import Array
 
 #: The probability that a wrong pose agrees with what the other pairs of a loop say; and of one that
-#: has a rival at least half as probable, as slides along a corridor have: those agree more often.
+#: has a rival at least half as probable, as slides along a corridor have, or that is between the
+#: same groups as another one: those agree more often.
 CHANCE, CHANCE_OF_RIVALS, RIVAL = LOOP_CHANCE, 0.5, 0.5
 #: Pairs between two groups, the best two of them, must be as probable by themselves. In offices,
 #: whose rooms are nearly symmetric, wrong pairs that agree have 0.35 at most.
@@ -24,7 +25,7 @@ class Hypothesis:
     """A relative pose of views `source` and `target`, right with `probability` by itself.
 
     `attempt` is the position of the pair that it comes from among all attempts; `chance` the
-    probability that it would agree with others if it were wrong.
+    probability that it would close a loop of three groups if it were wrong.
     """
 
     source: int

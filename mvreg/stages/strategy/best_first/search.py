@@ -118,28 +118,26 @@ class Search:
             ends = {int(group[source]), int(group[groups[row][0]])}
             if ends <= seen:
                 continue
-            for targets in self.targets(source, groups[row]):
-                if (source, frozenset(targets)) not in self.tried:
-                    if not seen:
-                        least = AS_PROMISING * float(priority.flat[cell])
-                    seen |= ends
-                    yield source, targets
-                    break
+            targets = self.untried(source, groups[row])
+            if targets is not None:
+                if not seen:
+                    least = AS_PROMISING * float(priority.flat[cell])
+                seen |= ends
+                yield source, targets
 
     def further(self, sources: set[int]) -> Iterator[tuple[int, list[int]]]:
         """The next most promising pairs, of views that do not move yet, the best first."""
         groups, priority = self.priorities()
         least = AS_PROMISING * float(priority.max(initial=-np.inf))
         for cell in descending(priority):
-            if not priority.flat[cell] >= least:
+            if priority.flat[cell] < least:
                 return
             row, source = divmod(cell, len(self.models.group))
-            for targets in self.targets(source, groups[row]) if source not in sources else ():
-                if (source, frozenset(targets)) not in self.tried:
-                    sources.add(source)
-                    self.registered.add(frozenset((source, targets[0])))
-                    yield source, targets
-                    break
+            targets = None if source in sources else self.untried(source, groups[row])
+            if targets is not None:
+                sources.add(source)
+                self.registered.add(frozenset((source, targets[0])))
+                yield source, targets
 
     def priorities(self) -> tuple[list[Indices], Array]:
         """The groups (G), the largest first, and what moving each view there promises: (G, N)."""
@@ -174,6 +172,11 @@ class Search:
         patient = self.failures < self.max_failures + sizes[group] - 1
         allowed: Flags = patient & (group != labels[:, None]) & smaller
         return allowed
+
+    def untried(self, source: int, members: Indices) -> list[int] | None:
+        """The first of `targets` that the source was not tried with yet; None if there is none."""
+        choices = self.targets(source, members)
+        return next((one for one in choices if (source, frozenset(one)) not in self.tried), None)
 
     def targets(self, source: int, members: Indices) -> Iterator[list[int]]:
         """Views of a group to register to: those to be tried now, then whatever else there is.
