@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mvreg.geometry import se3
-from mvreg.stages.adjust.joint.block_matrix import blocks_at, of_blocks, solver
+from mvreg.stages.adjust.joint.block_matrix import blocks_at, dense, of_blocks, solver
 from mvreg.stages.adjust.joint.clusters import Clusters, in_cells
 from mvreg.stages.adjust.joint.normal_equations import (
     DAMPING,
@@ -117,12 +117,8 @@ def covariance_blocks(scatter: PoseScatter) -> Blocks:
     modes = scatter.modes.reshape(6 * count, -1)
     shared = (solver(stiff, 0.0)(modes) if modes.shape[1] else modes).reshape(scatter.modes.shape)
     if count <= DENSE:
-        stiff, scores = (
-            one if isinstance(one, np.ndarray) else one.toarray()
-            for one in (stiff, _matrix(scatter, scatter.scores))
-        )
-        inverse = np.linalg.inv(stiff)
-        both = inverse @ scores @ inverse
+        inverse = np.linalg.inv(dense(stiff))
+        both = inverse @ dense(_matrix(scatter, scatter.scores)) @ inverse
         blocks = both.reshape(count, 6, count, 6).swapaxes(1, 2)
         return Blocks(scatter.twists, shared, lambda i, j: blocks[i, j])
     # S^-1 V S^-1 is the derivative of (S - t V)^-1 for t, of which the blocks that S has are known.
