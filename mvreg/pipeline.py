@@ -37,6 +37,7 @@ from mvreg.types import (
     ViewGraph,
 )
 from mvreg.types.lazy import forget
+from mvreg.types.scan import too_many_trees
 
 
 @contextmanager
@@ -50,9 +51,6 @@ def timed(seconds: dict[str, float], stage: str) -> Iterator[None]:
 
 
 NOTHING_KEPT, THREADS = NoStore(), Threads()
-#: Raw points of all scans whose trees are kept once they are prepared: 100 MB. Those of more are
-#: built again by what asks for them, and take a third of what is kept of a scan.
-HELD_IN_TREES = 2_000_000
 
 
 @dataclass(frozen=True)
@@ -144,7 +142,7 @@ class Pipeline:
             samples, spacing = checked("downsample", self.downsample)(scans, rng)
         resolutions = in_threads(lambda sample: mean_spacing(sample.points), samples)
         describe = checked("describe", self.describe)
-        many = sum(len(scan.points) for scan in scans) > HELD_IN_TREES
+        many = too_many_trees(scans)
         scale = Scale(spacing, float(np.median([r for r in resolutions if r > 0] or [0.0])))
 
         def described(scan: Scan, sample: Sample, resolution: float) -> View:
