@@ -20,10 +20,7 @@ from mvreg.surface.largest_range import without_largest_range
 from mvreg.surface.normals import facing_normals
 from mvreg.types import Sample, Scale, Scan, View
 from mvreg.types.lazy import forget
-
-#: Raw points of all scans whose trees are kept once they are prepared: 100 MB. Those of more are
-#: built again by what asks for them, and take a third of what is kept of a scan.
-HELD_IN_TREES = 2_000_000
+from mvreg.types.scan import too_many_trees
 
 
 def prepared(
@@ -46,7 +43,7 @@ def prepared(
     seconds = {"downsample": time.perf_counter() - before}
     resolutions = in_threads(lambda sample: mean_spacing(sample.points), samples)
     describing = checked("describe", describe)
-    many = sum(len(scan.points) for scan in scans) > HELD_IN_TREES
+    many = too_many_trees(scans)
     scale = Scale(spacing, float(np.median([r for r in resolutions if r > 0] or [0.0])))
 
     def described(scan: Scan, sample: Sample, resolution: float) -> View:

@@ -7,6 +7,7 @@ from mvreg import events
 from mvreg.errors import InputError
 from mvreg.geometry import se3
 from mvreg.pipeline import Pipeline, timed
+from mvreg.stages.adjust.joint.surface import surfaces
 from mvreg.stages.judge.residual import PointToPlaneJudge, TmseJudge
 from mvreg.stages.refine.trimmed import TrimmedICP
 from mvreg.testing import blob_scans, blob_views, overlap, pipeline
@@ -60,8 +61,11 @@ def test_a_parameter_out_of_range_is_refused():
 
 def test_trees_of_many_raw_points_are_let_go_of(monkeypatch):
     assert all("tree" in vars(view.scan) for view in pipeline().prepare(fresh(), rng()))
-    monkeypatch.setattr("mvreg.preparation.HELD_IN_TREES", 100)
-    assert not any("tree" in vars(view.scan) for view in pipeline().prepare(fresh(), rng()))
+    monkeypatch.setattr("mvreg.types.scan.HELD_IN_TREES", 100)
+    views = pipeline().prepare(fresh(), rng())
+    assert not any("tree" in vars(view.scan) for view in views)
+    surfaces(views)
+    assert not any("tree" in vars(view.scan) for view in views)
 
 
 def fresh():

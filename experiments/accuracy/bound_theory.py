@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from mvreg.geometry import se3
-from mvreg.stages.adjust.joint.block_matrix import some_columns
+from mvreg.stages.adjust.joint.block_matrix import dense
 from mvreg.stages.adjust.joint.correspondences import (
     FLAT_LEAST_COSINE,
     Contacts,
@@ -69,8 +69,7 @@ def bound(
     residuals = rows(shapes, motions, weighted, frame, flat=False)
     free = list(range(1, len(views)))
     system = System.of(residuals, free, width=1e9)  # a kernel so wide is least squares
-    normal = some_columns(system.normal, 0, 6 * len(free))
-    inverse = np.linalg.inv(normal) * noise**2
+    inverse = np.linalg.inv(dense(system.normal)) * noise**2
     blocks = [inverse[k : k + 6, k : k + 6] for k in range(0, len(inverse), 6)]
     change = frame.twists
     return {views[k].name: change @ block @ change.T for k, block in zip(free, blocks, strict=True)}

@@ -3,7 +3,7 @@
 # distutils: language = c++
 """Residuals summed up to robust normal equations: of each way, and of groups in each way."""
 
-from libc.string cimport memcpy, memset
+from libc.string cimport memcpy
 from libcpp.algorithm cimport sort
 from libcpp.utility cimport pair
 from libcpp.vector cimport vector
@@ -55,30 +55,17 @@ cdef void add(
     Py_ssize_t first, Py_ssize_t last, const double* jacobian, const double* residuals,
     const double* weights, double width, double* normal, double* gradient
 ) noexcept nogil:
-    """Add rows to sums that are zero."""
-    cdef double sums[36]
-    cdef double slopes[6]
-    cdef double square, share, slope
-    cdef const double* row
+    """The sums over some rows."""
+    cdef Sums sums
+    cdef double square
     cdef Py_ssize_t k
-    cdef int m, n
-    memset(sums, 0, sizeof(sums))
-    memset(slopes, 0, sizeof(slopes))
+    clear(&sums)
     for k in range(first, last):
         square = (residuals[k] / width) * (residuals[k] / width)
         if not square < 1:
             continue
-        share = weights[k] * ((1 - square) * (1 - square))
-        row = jacobian + 6 * k
-        for m in range(6):
-            slope = share * row[m]
-            slopes[m] += slope * residuals[k]
-            for n in range(m + 1):
-                sums[6 * m + n] += slope * row[n]
-    for m in range(6):
-        gradient[m] = slopes[m]
-        for n in range(m + 1):
-            normal[6 * m + n] = normal[6 * n + m] = sums[6 * m + n]
+        add_row(&sums, jacobian + 6 * k, weights[k] * ((1 - square) * (1 - square)), residuals[k])
+    write(&sums, normal, gradient)
 
 
 def group_sums(jacobian, residuals, weights, groups, ends, double width):

@@ -29,6 +29,10 @@ cdef class Patches:
 
 cdef Patches one_of(surfaces, Py_ssize_t k)
 cdef vector[double] placed(motions, Py_ssize_t count) except *
+cdef int check_ends(Py_ssize_t ends, Py_ssize_t ways) except -1
+cdef int check_inside(
+    const int* samples, const int* patches, Py_ssize_t size, Py_ssize_t sources, Py_ssize_t targets
+) except -1 nogil
 
 
 cdef inline double height(

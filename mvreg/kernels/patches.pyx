@@ -12,6 +12,7 @@ from mvreg.kernels.tree cimport Tree
 
 import numpy as np
 
+from mvreg.errors import InputError
 from mvreg.kernels import checks
 from mvreg.kernels.results import Gaps
 
@@ -113,3 +114,24 @@ cdef vector[double] placed(motions, Py_ssize_t count) except *:
     for k in range(count):
         of_array(given[k], &found[12 * k])
     return found
+
+
+cdef int check_ends(Py_ssize_t ends, Py_ssize_t ways) except -1:
+    """That there are ends of so many ways."""
+    if ends != ways + 1:
+        raise InputError(f"expected the ends of {ways} ways, got {ends} numbers")
+    return 0
+
+
+cdef int check_inside(
+    const int* samples, const int* patches, Py_ssize_t size, Py_ssize_t sources, Py_ssize_t targets
+) except -1 nogil:
+    """That contacts are among so many samples and patches."""
+    cdef Py_ssize_t k
+    for k in range(size):
+        if not (0 <= samples[k] < sources and 0 <= patches[k] < targets):
+            with gil:
+                raise ValueError(
+                    f"expected positions among {sources} samples and {targets} patches, "
+                    f"got {samples[k]} and {patches[k]}")
+    return 0

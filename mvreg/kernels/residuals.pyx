@@ -7,19 +7,12 @@ from libc.math cimport sqrt
 from libc.string cimport memcpy
 from libcpp.vector cimport vector
 
-from mvreg.kernels.linear cimport Motion, cross, move, of_array, turn
-from mvreg.kernels.patches cimport Patch, Patches, between, height_of_cell, one_of, placed
+from mvreg.kernels.linear cimport Motion, move, of_array
+from mvreg.kernels.patches cimport Patches, between, check_ends, check_inside, one_of, placed
 
 import numpy as np
 
-from mvreg.errors import InputError
 from mvreg.kernels import checks
-
-# What rows are asked about, and in which unit (its inverse).
-cdef struct About:
-    double centre[3]
-    double unit
-    bint flat
 
 
 def rows(
@@ -48,17 +41,16 @@ def rows(
     aside : (M,) array
         And this: how far along the patches they are, in units of how far these reach, squared.
     """
-    cdef Py_ssize_t count = len(surfaces), size = residuals.shape[0], w, k, wrong = -1
+    cdef Py_ssize_t count = len(surfaces), size = residuals.shape[0], w
     cdef vector[double] motion = placed(motions, count)
     cdef const Py_ssize_t[:, ::1] way = checks.indices("ways", ways, count, "W", 2)
     cdef const Py_ssize_t[::1] end = checks.ends("ends", ends, size)
-    cdef const Py_ssize_t[::1] here = checks.integers("samples", samples, "M")
-    cdef const Py_ssize_t[::1] there = checks.integers("patches", patches, "M")
+    cdef const int[::1] here = checks.places("samples", samples, "M")
+    cdef const int[::1] there = checks.places("patches", patches, "M")
     cdef const double[::1] middle = checks.floats("centre", centre, 3)
     cdef Patches source, target
     cdef About about
-    if end.shape[0] != way.shape[0] + 1:
-        raise InputError(f"expected the ends of {way.shape[0]} ways, got {end.shape[0]} numbers")
+    check_ends(end.shape[0], way.shape[0])
     if not (here.shape[0] == there.shape[0] == jacobian.shape[0] == points.shape[0]
             == aside.shape[0] == size):
         raise ValueError(f"expected {size} samples, patches and rows, got {here.shape[0]}, "
@@ -72,54 +64,29 @@ def rows(
         if end[w] == end[w + 1]:
             continue
         with nogil:
-            for k in range(end[w], end[w + 1]):
-                if not (0 <= here[k] < source.size and 0 <= there[k] < target.size):
-                    wrong = k
-                    break
-            else:
-                fill(source, target, &motion[12 * way[w, 0]], &motion[12 * way[w, 1]],
-                     end[w + 1] - end[w], &here[end[w]], &there[end[w]], &about,
-                     &residuals[end[w]], &jacobian[end[w], 0], &points[end[w], 0], &aside[end[w]])
-        if wrong >= 0:
-            raise ValueError(
-                f"expected positions among {source.size} samples and {target.size} patches, "
-                f"got {here[wrong]} and {there[wrong]}")
+            check_inside(&here[end[w]], &there[end[w]], end[w + 1] - end[w], source.size,
+                         target.size)
+            fill(source, target, &motion[12 * way[w, 0]], &motion[12 * way[w, 1]],
+                 end[w + 1] - end[w], &here[end[w]], &there[end[w]], &about,
+                 &residuals[end[w]], &jacobian[end[w], 0], &points[end[w], 0], &aside[end[w]])
 
 
 cdef void fill(
     Patches source, Patches target, const double* from_source, const double* from_target,
-    Py_ssize_t size, const Py_ssize_t* samples, const Py_ssize_t* patches, const About* about,
+    Py_ssize_t size, const int* samples, const int* patches, const About* about,
     double* residuals, double* jacobian, double* points, double* aside
 ) noexcept nogil:
-    """The rows of one surface on another.
-
-    Point to plane, with the plane that touches the surface below the point (Chen and Medioni 1992):
-    ``r = h / R``, and for a small turn and shift of the source ``J = [p x n, n]``, with n the
-    surface's normal and ``p = (x - centre) / R``.
-    """
+    """The rows of one surface on another."""
     cdef Motion into
     cdef double x[3]
     cdef double inward[3]
-    cdef const Patch* patch
-    cdef const Patch* cell
-    cdef double* p
-    cdef double* n
     cdef Py_ssize_t k
-    cdef int m
     between(from_source, from_target, into)
     for k in range(size):
-        patch = &target.patch[patches[k]]
-        cell = &source.patch[samples[k]]
-        move(into, cell.mean, x)
-        residuals[k] = about.unit * height_of_cell(
-            patch, x, cell.second, into, about.flat, inward, &aside[k])
-        aside[k] /= patch.reach * patch.reach if patch.reach > 0 else 1.0
-        n, p = jacobian + (6 * k + 3), points + 3 * k
-        turn(from_target, inward, n)
-        move(from_target, x, p)
-        for m in range(3):
-            p[m] = (p[m] - about.centre[m]) * about.unit
-        cross(p, n, n - 3)
+        residuals[k] = about.unit * gap_of(
+            &source.patch[samples[k]], &target.patch[patches[k]], into, about.flat, x, inward,
+            &aside[k])
+        row_of(from_target, x, inward, about, points + 3 * k, jacobian + 6 * k)
 
 
 def farthest(points, before, after):

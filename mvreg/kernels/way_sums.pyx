@@ -6,24 +6,21 @@
 No row of the equations is kept: a contact is two positions, whatever is summed of it.
 """
 
-from libc.string cimport memcpy, memset
+from libc.string cimport memcpy
 from libcpp.vector cimport vector
 
-from mvreg.kernels.linear cimport Motion, cross, move, turn
-from mvreg.kernels.patches cimport Patch, Patches, between, height_of_cell, one_of, placed
+from mvreg.kernels.linear cimport Motion
+from mvreg.kernels.normal_equations cimport Sums, add_row, clear, write
+from mvreg.kernels.patches cimport (
+    Patch, Patches, between, check_ends, check_inside, one_of, placed,
+)
+from mvreg.kernels.residuals cimport About, gap_of, row_of
 
 import numpy as np
 
 from mvreg.errors import InputError
 from mvreg.kernels import checks
 from mvreg.kernels.results import NormalEquations
-
-# What residuals are asked about, in which unit (its inverse), and beyond what they have no weight.
-cdef struct About:
-    double centre[3]
-    double unit
-    double width
-    bint flat
 
 # Of one way: its contacts; the weight and the variance of each of the source's samples, and of the
 # target's patches the weight and two variances.
@@ -83,11 +80,14 @@ def normal_equations(
     cdef About about
     cdef Way one
     checks.positive(radius=radius)
-    check_ends(end.shape[0], way.shape[0], first.shape[0], count)
+    check_ends(end.shape[0], way.shape[0])
+    if first.shape[0] != count + 1:
+        raise InputError(
+            f"expected where {count} surfaces begin and end, got {first.shape[0]} numbers")
     normals, gradients = np.zeros((way.shape[0], 6, 6)), np.zeros((way.shape[0], 6))
     cdef double[:, :, ::1] normal = normals
     cdef double[:, ::1] gradient = gradients
-    about.unit, about.flat, about.width = 1 / radius, flat, width
+    about.unit, about.flat = 1 / radius, flat
     memcpy(about.centre, &middle[0], 3 * sizeof(double))
     for w in range(way.shape[0]):
         source, target = one_of(surfaces, way[w, 0]), one_of(surfaces, way[w, 1])
@@ -95,31 +95,14 @@ def normal_equations(
         if one.size == 0:
             continue
         one.samples, one.patches = &here[end[w]], &there[end[w]]
-        check_inside(&one, source.size, target.size)
+        check_inside(one.samples, one.patches, one.size, source.size, target.size)
         check_room(first, way[w, 0], source.size)
         check_room(first, way[w, 1], target.size)
         one.cells, one.fits = &cell[first[way[w, 0]], 0], &fit[first[way[w, 1]], 0]
         with nogil:
             add(source, target, &motion[12 * way[w, 0]], &motion[12 * way[w, 1]], &one, &about,
-                &normal[w, 0, 0], &gradient[w, 0])
+                width, &normal[w, 0, 0], &gradient[w, 0])
     return NormalEquations(normals, gradients)
-
-
-cdef int check_ends(Py_ssize_t ends, Py_ssize_t ways, Py_ssize_t begins, Py_ssize_t count) except -1:
-    if ends != ways + 1:
-        raise InputError(f"expected the ends of {ways} ways, got {ends} numbers")
-    if begins != count + 1:
-        raise InputError(f"expected where {count} surfaces begin and end, got {begins} numbers")
-    return 0
-
-
-cdef int check_inside(const Way* way, Py_ssize_t source, Py_ssize_t target) except -1:
-    cdef Py_ssize_t k
-    for k in range(way.size):
-        if not (0 <= way.samples[k] < source and 0 <= way.patches[k] < target):
-            raise ValueError(f"expected positions among {source} samples and {target} patches, "
-                             f"got {way.samples[k]} and {way.patches[k]}")
-    return 0
 
 
 cdef int check_room(const Py_ssize_t[::1] begin, Py_ssize_t k, Py_ssize_t size) except -1:
@@ -131,52 +114,35 @@ cdef int check_room(const Py_ssize_t[::1] begin, Py_ssize_t k, Py_ssize_t size) 
 
 cdef void add(
     Patches source, Patches target, const double* from_source, const double* from_target,
-    const Way* way, const About* about, double* normal, double* gradient
+    const Way* way, const About* about, double width, double* normal, double* gradient
 ) noexcept nogil:
-    """Add the contacts of one way to sums that are zero."""
+    """The sums over the contacts of one way."""
     cdef Motion into
     cdef double x[3]
     cdef double p[3]
     cdef double inward[3]
     cdef double row[6]
-    cdef double sums[36]
-    cdef double slopes[6]
-    cdef double aside, residual, square, slope, narrow = 1 / (about.width * about.width)
+    cdef Sums sums
+    cdef double aside, residual, square, narrow = 1 / (width * width)
     cdef const Patch* patch
     cdef const Patch* cell
     cdef const double* known
     cdef const double* fit
     cdef Py_ssize_t k
-    cdef int m, n
     between(from_source, from_target, into)
-    memset(sums, 0, sizeof(sums))
-    memset(slopes, 0, sizeof(slopes))
+    clear(&sums)
     for k in range(way.size):
         cell, patch = &source.patch[way.samples[k]], &target.patch[way.patches[k]]
         known, fit = way.cells + 2 * way.samples[k], way.fits + 3 * way.patches[k]
-        move(into, cell.mean, x)
-        residual = height_of_cell(patch, x, cell.second, into, about.flat, inward, &aside)
-        aside /= patch.reach * patch.reach if patch.reach > 0 else 1.0
+        residual = gap_of(cell, patch, into, about.flat, x, inward, &aside)
         square = residual * residual * narrow / (
             (4 - aside * (8 - 18 * aside)) * fit[1] + known[1] + fit[2])
         if not square < 1:
             continue
-        turn(from_target, inward, row + 3)
-        move(from_target, x, p)
-        for m in range(3):
-            p[m] = (p[m] - about.centre[m]) * about.unit
-        cross(p, row + 3, row)
-        square = known[0] * fit[0] * ((1 - square) * (1 - square))
-        residual *= about.unit
-        for m in range(6):
-            slope = square * row[m]
-            slopes[m] += slope * residual
-            for n in range(m + 1):
-                sums[6 * m + n] += slope * row[n]
-    for m in range(6):
-        gradient[m] = slopes[m]
-        for n in range(m + 1):
-            normal[6 * m + n] = normal[6 * n + m] = sums[6 * m + n]
+        row_of(from_target, x, inward, about, p, row)
+        add_row(&sums, row, known[0] * fit[0] * ((1 - square) * (1 - square)),
+                residual * about.unit)
+    write(&sums, normal, gradient)
 
 
 def known_at(ways, ends, samples, patches, begin, precisions):
@@ -200,18 +166,16 @@ def known_at(ways, ends, samples, patches, begin, precisions):
     cdef Py_ssize_t size = here.shape[0], w, k, source, target
     cdef const int[::1] there = checks.places("patches", patches, size)
     cdef const Py_ssize_t[::1] end = checks.ends("ends", ends, size)
-    cdef Way one
-    check_ends(end.shape[0], way.shape[0], 1, 0)
+    check_ends(end.shape[0], way.shape[0])
     totals = np.array(known[:, 0])
     cdef double[::1] total = totals
     for w in range(way.shape[0]):
         source, target = first[way[w, 0]], first[way[w, 1]]
-        one.size = end[w + 1] - end[w]
-        if one.size == 0:
+        if end[w] == end[w + 1]:
             continue
-        one.samples, one.patches = &here[end[w]], &there[end[w]]
-        check_inside(&one, first[way[w, 0] + 1] - source, first[way[w, 1] + 1] - target)
         with nogil:
-            for k in range(one.size):
-                total[source + one.samples[k]] += known[target + one.patches[k], 1]
+            check_inside(&here[end[w]], &there[end[w]], end[w + 1] - end[w],
+                         first[way[w, 0] + 1] - source, first[way[w, 1] + 1] - target)
+            for k in range(end[w], end[w + 1]):
+                total[source + here[k]] += known[target + there[k], 1]
     return totals

@@ -86,28 +86,31 @@ def link_rows(
         name: pose for model in (result.poses, *result.components) for name, pose in model.items()
     }
     points = {view.name: view.points for view in views}
-    return [
-        _link_row(link, result.links, found, resolution)
-        | _relative_rows(link, result.links, poses, points)
-        for link in assessment.links
-    ]
+    adjusted = dict[frozenset[str], list[Link]]()
+    for link in result.links:
+        adjusted.setdefault(frozenset((link.source, link.target)), []).append(link)
+    rows = []
+    for one in assessment.links:
+        pair = frozenset((one.source, one.target))
+        links = adjusted.get(pair, [])
+        row = _link_row(one, links, found.get(pair), resolution)
+        rows.append(row | _relative_rows(one, links, poses, points))
+    return rows
 
 
 def _relative_rows(
     link: LinkAssessment,
-    links: Sequence[Link],
+    adjusted: Sequence[Link],
     poses: Mapping[str, Array],
     points: Mapping[str, Array],
 ) -> Row:
     """How certain the pose of the source is relative to the target, where that is told."""
-    for other in links:
-        if (other.source, other.target) == (link.source, link.target):
-            if other.covariance is None:
-                break
-            pose = se3.invert(poses[link.target]) @ poses[link.source]
-            off = Uncertainty.of(other.covariance, pose, points[link.source])
-            return {"covariance": other.covariance, "uncertainty": uncertainty_row(off)}
-    return {"covariance": None, "uncertainty": None}
+    told = next((other.covariance for other in adjusted if other.source == link.source), None)
+    if told is None:
+        return {"covariance": None, "uncertainty": None}
+    pose = se3.invert(poses[link.target]) @ poses[link.source]
+    off = Uncertainty.of(told, pose, points[link.source])
+    return {"covariance": told, "uncertainty": uncertainty_row(off)}
 
 
 def uncertainty_row(off: Uncertainty) -> Row:
@@ -119,13 +122,10 @@ def uncertainty_row(off: Uncertainty) -> Row:
 
 def _link_row(
     link: LinkAssessment,
-    links: Sequence[Link],
-    surveyed: Mapping[frozenset[str], LinkSurvey],
+    adjusted: Sequence[Link],
+    survey: LinkSurvey | None,
     resolution: float | None,
 ) -> Row:
-    pair = {link.source, link.target}
-    survey = surveyed.get(frozenset(pair))
-    adjusted = [other for other in links if {other.source, other.target} == pair]
     points = sum(other.points for other in adjusted)
     squares = sum(other.points * other.rms**2 for other in adjusted)
     return {

@@ -126,9 +126,8 @@ class Result:
         checks.instance("Result.covariances", self.covariances, Mapping)
         for name, covariance in self.covariances.items():
             checks.floats(f"Result.covariances[{name!r}]", covariance, 6, 6)
-        for index, link in enumerate(self.links):
-            checks.instance(f"Result.links[{index}]", link, Link)
-        for index, scatter in enumerate(self.scatter):
-            checks.instance(f"Result.scatter[{index}]", scatter, PoseScatter)
+        for name, kind in (("links", Link), ("scatter", PoseScatter), ("patterns", Pattern)):
+            for index, one in enumerate(getattr(self, name)):
+                checks.instance(f"Result.{name}[{index}]", one, kind)
         if self.model is not None:
             checks.instance("Result.model", self.model, Model)

@@ -6,7 +6,7 @@ Checked once, when they are made; all else may then rely on finite coordinates. 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -31,6 +31,9 @@ if TYPE_CHECKING:
 #: than what is asked of it.
 MANY = 200_000
 LATEST = Latest("tree")
+#: Raw points of all scans whose trees are kept once they have been asked: 100 MB. Those of more are
+#: built again by what asks for them, and take a third of what is kept of a scan.
+HELD_IN_TREES = 2_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -266,3 +269,8 @@ class ScanSet:
             return self.poses
         shown = self.objects.get(scan)
         return {name: T for name, T in self.poses.items() if self.objects.get(name) == shown}
+
+
+def too_many_trees(scans: Iterable[Scan]) -> bool:
+    """Whether to `forget` the tree of each scan of a set when what asks it has done so."""
+    return sum(len(scan.points) for scan in scans) > HELD_IN_TREES

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mvreg.geometry import se3
-from mvreg.geometry.arrays import Array, Indices
+from mvreg.geometry.arrays import Array, Flags, Indices
 
 Span = tuple[Array, Array, Array]
 
@@ -16,16 +16,8 @@ def nearby(
     most: int,
 ) -> Span:  # fmt: skip
     """As `Rays.nearby`, of the points seen (N, 3)."""
-    across, own = _rays(seen, seen, direction, origin)
-    asked, height = _rays(seen, points, direction, origin)
-    apart = np.linalg.norm(asked[:, None] - across[None], axis=2)
-    order = np.argsort(apart, axis=1, kind="stable")[:, :most]
-    found = np.take_along_axis(apart, order, axis=1) < reach
-    low = np.where(found, own[order], np.inf).min(axis=1, initial=np.inf)
-    high = np.where(found, own[order], -np.inf).max(axis=1, initial=-np.inf)
-    missed = ~found.any(axis=1)
-    low[missed] = high[missed] = np.nan
-    return height, low, high
+    height, _, near, own = _nearest(seen, direction, origin, reach, points, most)
+    return height, *_span(near, own)
 
 
 def before_and_on(
@@ -36,17 +28,34 @@ def before_and_on(
 
     None floats whose own plane holds what the highest of its rays met.
     """
-    across, own = _rays(seen, seen, direction, origin)
-    height, low, high = nearby(seen, direction, origin, reach, points, most)
-    asked, _ = _rays(seen, points, direction, origin)
-    apart = np.linalg.norm(asked[:, None] - across[None], axis=2)
-    order = np.argsort(apart, axis=1, kind="stable")[:, :most]
-    near = np.take_along_axis(apart, order, axis=1) < reach
-    top = order[np.arange(len(points)), np.where(near, own[order], -np.inf).argmax(axis=1)]
+    height, order, near, own = _nearest(seen, direction, origin, reach, points, most)
+    low, high = _span(near, own)
+    top = order[np.arange(len(points)), np.where(near, own, -np.inf).argmax(axis=1)]
     off = np.abs(((seen[top] - points) * normals).sum(axis=1))
     before = (height > high + tolerance) & (off > tolerance)
     on = ~before & (height >= low - tolerance) & np.isfinite(low)
     return int(before.sum()), int(on.sum())
+
+
+def _nearest(
+    seen: Array, direction: Array | None, origin: Array | None, reach: float, points: Array,
+    most: int,
+) -> tuple[Array, Indices, Flags, Array]:  # fmt: skip
+    """Heights of points (M, 3); their nearest rays (M, K), which are near, and their heights."""
+    across, own = _rays(seen, seen, direction, origin)
+    asked, height = _rays(seen, points, direction, origin)
+    apart = np.linalg.norm(asked[:, None] - across[None], axis=2)
+    order = np.argsort(apart, axis=1, kind="stable")[:, :most]
+    return height, order, np.take_along_axis(apart, order, axis=1) < reach, own[order]
+
+
+def _span(near: Flags, heights: Array) -> tuple[Array, Array]:
+    """The lowest and the highest of the heights (M, K) that are near; NaN where none is."""
+    low = np.where(near, heights, np.inf).min(axis=1, initial=np.inf)
+    high = np.where(near, heights, -np.inf).max(axis=1, initial=-np.inf)
+    missed = ~near.any(axis=1)
+    low[missed] = high[missed] = np.nan
+    return low, high
 
 
 def _rays(

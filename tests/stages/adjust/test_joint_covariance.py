@@ -39,7 +39,8 @@ def rows(ways: Array, jacobian: Array, residuals: Array, each_in_a_cell: float =
 def told(found: Rows, free: list[int], width: float = WIDE, graded=()) -> PoseScatter:
     system = System.of(found, free, width)
     names = [f"scan {k}" for k in free], ["scan 0"]
-    return pose_scatter(found, system, system.normal, FRAME, width, 1.0, graded, names)
+    variance = cell_variance(found, system, width, 1.0)
+    return pose_scatter(found, system, system.normal, FRAME, width, variance, graded, names)
 
 
 def estimated(jacobian: Array, noise: Array, width: float) -> tuple[Array, Array]:

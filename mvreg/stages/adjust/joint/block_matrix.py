@@ -44,6 +44,22 @@ def of_blocks(blocks: Array, rows: Indices, columns: Indices, shape: tuple[int, 
     return coo_matrix(entries, shape=size).tocsc()
 
 
+def between_poses(blocks: Array, sources: Indices, targets: Indices, count: int) -> Any:
+    """What blocks (B, 6, 6) say of differences of two poses each, assembled as by `of_blocks`.
+
+    Each is added on the diagonal at both poses, and taken off where they meet; a negative place is
+    that of a pose that is held. Of those that are free there are `count`.
+    """
+    here, there = sources >= 0, targets >= 0
+    both = here & there
+    return of_blocks(
+        np.concatenate([blocks[here], blocks[there], -blocks[both], -blocks[both]]),
+        np.concatenate([sources[here], targets[there], sources[both], targets[both]]),
+        np.concatenate([sources[here], targets[there], targets[both], sources[both]]),
+        (count, count),
+    )
+
+
 def solver(matrix: Any, damping: float) -> Callable[[Array], Array]:
     """A solver for right-hand sides (n,) or (n, r), with `damping` times its mean on the diagonal.
 
@@ -60,10 +76,9 @@ def solver(matrix: Any, damping: float) -> Callable[[Array], Array]:
     return solve
 
 
-def some_columns(matrix: Any, start: int, stop: int) -> Array:
-    """Columns from `start` up to `stop` (not included) as an array."""
-    columns = matrix[:, start:stop]
-    found: Array = columns if isinstance(columns, np.ndarray) else columns.toarray()
+def dense(matrix: Any) -> Array:
+    """A matrix made by `of_blocks` as an array."""
+    found: Array = matrix if isinstance(matrix, np.ndarray) else matrix.toarray()
     return found
 
 

@@ -60,15 +60,12 @@ class Contacts:
         if chosen.all():
             return self
         kept, ends = picked(self.ends, chosen)
-        values = (self.samples[kept], self.patches[kept], self.weights[kept])
-        return Contacts(self.ways[chosen], ends, *values)
+        return self._of(self.ways[chosen], ends, kept)
 
     def tile(self, part: slice) -> Contacts:
         """The contacts of consecutive ways."""
         ends = self.ends[part.start : part.stop + 1]
-        mine = slice(ends[0], ends[-1])
-        values = (self.samples[mine], self.patches[mine], self.weights[mine])
-        return Contacts(self.ways[part], ends - ends[0], *values)
+        return self._of(self.ways[part], ends - ends[0], slice(ends[0], ends[-1]))
 
     def in_tiles(self, function: Callable[[Contacts], Answer]) -> list[Answer]:
         """What a function says of some of the ways at a time, in threads; in the order of the ways.
@@ -82,9 +79,13 @@ class Contacts:
         step = max(1, -(-len(self.samples) // most))
         if step == 1:
             return self
-        some = slice(None, None, step)
-        values = (self.samples[some], self.patches[some], self.weights[some])
-        return Contacts(self.ways, -(-self.ends // step), *values)
+        return self._of(self.ways, -(-self.ends // step), slice(None, None, step))
+
+    def _of(self, ways: Indices, ends: Indices, rows: slice | NDArray[np.bool_]) -> Contacts:
+        """Some of the contacts. A mask would copy ones that take no memory."""
+        samples = self.samples[rows]
+        weights = self.weights[rows] if any(self.weights.strides) else _ones(len(samples))
+        return Contacts(ways, ends, samples, self.patches[rows], weights)
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,8 +133,11 @@ def contacts(
     counts = np.concatenate([np.diff(part.ends) for part in parts])
     samples = np.concatenate([part.samples for part in parts])
     others = np.concatenate([part.patches for part in parts])
-    every = Contacts(
-        ways, ends_of(counts), samples, others, np.broadcast_to(np.float64(1), len(samples))
-    )
+    every = Contacts(ways, ends_of(counts), samples, others, _ones(len(samples)))
     enough = np.repeat(counts.reshape(-1, 2).sum(axis=1) >= FEWEST, 2) & (counts > 0)
     return every.some(enough)
+
+
+def _ones(count: int) -> Array:
+    """Weights (count,) of one that take no memory."""
+    return np.broadcast_to(np.float64(1), count)

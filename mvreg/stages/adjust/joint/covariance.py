@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mvreg.geometry import se3
-from mvreg.stages.adjust.joint.block_matrix import blocks_at, of_blocks, solver
+from mvreg.stages.adjust.joint.block_matrix import blocks_at, dense, of_blocks, solver
 from mvreg.stages.adjust.joint.clusters import Clusters, in_cells
 from mvreg.stages.adjust.joint.normal_equations import (
     DAMPING,
@@ -26,9 +26,9 @@ from mvreg.types.scatter import PoseScatter
 DENSE = 100
 #: Part of the step along the imaginary axis that tells a derivative to the last digit.
 STEP = 1e-10
-#: Cells are halved, so often at most, until poses take no more than this share of what the sums of
-#: their residuals scatter: the rest would have to tell all of it.
-MOST_LOST, HALVED = 0.5, 3
+#: Cells are halved, to so many sizes at most, until poses take no more than this share of what the
+#: sums of their residuals scatter: the rest would have to tell all of it.
+MOST_LOST, SIZES = 0.5, 3
 #: Classes of how well points are known, as many samples in each. From 4 to 5 and from 5 to 6
 #: classes the normalised squared errors of poses fall by a tenth.
 CLASSES = 4
@@ -42,7 +42,7 @@ def classes(values: Array, count: int = CLASSES) -> Indices:
 
 
 def pose_scatter(
-    found: Rows, system: System, stiff: Any, frame: Frame, width: float, cell: float,
+    found: Rows, system: System, stiff: Any, frame: Frame, width: float, variance: float,
     graded: Sequence[Indices], names: tuple[Sequence[str], Sequence[str]],
 ) -> PoseScatter:  # fmt: skip
     """How the free poses of a joint refinement err together.
@@ -71,8 +71,8 @@ def pose_scatter(
     frame : Frame
     width : float
         Of the kernel, in units of the residuals.
-    cell : float
-        Edge of the cells, in the frame's radius.
+    variance : float
+        Of the residuals in their units, see `cell_variance`.
     graded : sequence of (M,) arrays
         Classes of the residuals, one kind after another.
     names : two sequences of str
@@ -80,7 +80,6 @@ def pose_scatter(
     """
     # A robust optimum is flatter than its weights say (Huber 1981, Section 7.6).
     flatter = _total(found, width, weight) / max(_total(found, width, curvature), 1e-12)
-    variance = flatter**2 * cell_variance(found, system, width, cell)
     modes = [np.zeros((len(names[0]), 6, 0))]
     for groups in graded:
         classed = Clusters.of(found, system, groups, width)
@@ -93,13 +92,13 @@ def pose_scatter(
     held[own] += (least or 1.0) * np.eye(6)
     return PoseScatter(
         tuple(names[0]), tuple(names[1]), frame.twists, places, held,
-        variance * scores, flatter * np.concatenate(modes, axis=2),
+        flatter**2 * variance * scores, flatter * np.concatenate(modes, axis=2),
     )  # fmt: skip
 
 
 def cell_variance(found: Rows, system: System, width: float, cell: float) -> float:
     """The variance of residuals in their units, by how much their sums over cells vary."""
-    for _ in range(HALVED):
+    for _ in range(SIZES):
         clusters = Clusters.of(found, system, in_cells(found.points, cell), width)
         if clusters.lost <= MOST_LOST:
             break
@@ -117,12 +116,8 @@ def covariance_blocks(scatter: PoseScatter) -> Blocks:
     modes = scatter.modes.reshape(6 * count, -1)
     shared = (solver(stiff, 0.0)(modes) if modes.shape[1] else modes).reshape(scatter.modes.shape)
     if count <= DENSE:
-        stiff, scores = (
-            one if isinstance(one, np.ndarray) else one.toarray()
-            for one in (stiff, _matrix(scatter, scatter.scores))
-        )
-        inverse = np.linalg.inv(stiff)
-        both = inverse @ scores @ inverse
+        inverse = np.linalg.inv(dense(stiff))
+        both = inverse @ dense(_matrix(scatter, scatter.scores)) @ inverse
         blocks = both.reshape(count, 6, count, 6).swapaxes(1, 2)
         return Blocks(scatter.twists, shared, lambda i, j: blocks[i, j])
     # S^-1 V S^-1 is the derivative of (S - t V)^-1 for t, of which the blocks that S has are known.

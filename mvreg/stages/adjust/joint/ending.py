@@ -20,6 +20,7 @@ from mvreg.stages.adjust.joint.stiffness import stiffness
 from mvreg.stages.adjust.joint.surface import Surface
 from mvreg.stages.adjust.joint.weighting import RELIEF, Pooled
 from mvreg.types import Array, Indices, Link, Pattern, PoseScatter
+from mvreg.types.lazy import lazy
 
 #: Edge of the cells whose residuals are taken together (radii of a patch). Patches reach over each
 #: other, and what they do not follow reaches further; twice as large ones tell the same within a
@@ -75,8 +76,7 @@ class Ending:
 
     def settled(self) -> Settled:
         """Poses, covariances and links."""
-        system = System.of(self.residuals, list(self.free), self.width)
-        scatter = self.scatter(system)
+        scatter = self.scatter()
         blocks = covariance_blocks(scatter)
         place = {k: at for at, k in enumerate(self.free)} | dict.fromkeys(self.held, -1)
         return Settled(
@@ -84,32 +84,46 @@ class Ending:
             {self.names[k]: blocks[place[k], place[k]] for k in (*self.held, *self.free)},
             tuple(self.links(blocks, place)),
             scatter,
-            self.patterns(system),
+            self.patterns(),
         )
 
-    def patterns(self, system: System) -> tuple[Pattern, ...]:
+    def patterns(self) -> tuple[Pattern, ...]:
         """What is off in single scans."""
         return patterns(
             self.residuals, self.surfaces, self.motions, self.held, self.frame, self.width,
-            lambda rows: cell_variance(rows, system, self.width, self.cell), self.graded(),
-            self.names, self.resolution,
+            self.variance, self.variance_of, self.graded, self.names, self.resolution,
         )  # fmt: skip
 
-    @property
+    def scatter(self) -> PoseScatter:
+        """How the free poses err together."""
+        stiff = stiffness(self.residuals, self.system, self.surfaces, self.motions, self.width)
+        return pose_scatter(
+            self.residuals, self.system, stiff, self.frame, self.width,
+            self.variance, self.graded,
+            ([self.names[k] for k in self.free], [self.names[k] for k in self.held]),
+        )  # fmt: skip
+
+    @lazy
+    def system(self) -> System:
+        """The normal equations of the free poses."""
+        return System.of(self.residuals, list(self.free), self.width)
+
+    @lazy
     def cell(self) -> float:
         """Edge of the cells, in the frame's radius."""
         reach = np.median(np.concatenate([surface.reach for surface in self.surfaces]))
         return CELL * float(reach) / self.frame.radius
 
-    def scatter(self, system: System) -> PoseScatter:
-        """How the free poses err together."""
-        stiff = stiffness(self.residuals, system, self.surfaces, self.motions, self.width)
-        return pose_scatter(
-            self.residuals, system, stiff, self.frame, self.width,
-            self.cell, self.graded(),
-            ([self.names[k] for k in self.free], [self.names[k] for k in self.held]),
-        )  # fmt: skip
+    @lazy
+    def variance(self) -> float:
+        """Of the residuals, in units of what each is expected to be."""
+        return self.variance_of(self.residuals)
 
+    def variance_of(self, residuals: Rows) -> float:
+        """The same, of others of the same contacts."""
+        return cell_variance(residuals, self.system, self.width, self.cell)
+
+    @lazy
     def graded(self) -> list[Indices]:
         """Classes of residuals by how well the points of the cell are known, and of the patch."""
         grades = classes(self.known.noise + RELIEF * self.known.misfit)

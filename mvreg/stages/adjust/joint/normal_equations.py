@@ -15,7 +15,7 @@ from mvreg.kernels import way_sums
 from mvreg.kernels.patches import Patches
 from mvreg.kernels.results import NormalEquations
 from mvreg.parallel import Answer, in_threads, slices
-from mvreg.stages.adjust.joint.block_matrix import of_blocks, solver
+from mvreg.stages.adjust.joint.block_matrix import between_poses, solver
 from mvreg.stages.adjust.joint.correspondences import Contacts
 from mvreg.stages.adjust.joint.surface import Surface
 from mvreg.stages.adjust.joint.trust import Trust
@@ -213,14 +213,7 @@ class System:
         gradient = np.zeros((len(free), 6))
         np.add.at(gradient, source[here], slopes[here])
         np.subtract.at(gradient, target[there], slopes[there])
-        both = here & there
-        normal = of_blocks(
-            np.concatenate([blocks[here], blocks[there], -blocks[both], -blocks[both]]),
-            np.concatenate([source[here], target[there], source[both], target[both]]),
-            np.concatenate([source[here], target[there], target[both], source[both]]),
-            (len(free), len(free)),
-        )
-        return cls(normal, gradient.ravel(), place)
+        return cls(between_poses(blocks, source, target, len(free)), gradient.ravel(), place)
 
     def solver(self) -> Callable[[Array], Array]:
         """A solver of the damped equations for right-hand sides (6 F,) or (6 F, r)."""

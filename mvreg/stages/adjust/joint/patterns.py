@@ -40,26 +40,27 @@ ONE_SIDED = 0.4
 
 def patterns(
     found: Rows, surfaces: Sequence[Surface], motions: Array, held: Sequence[int], frame: Frame,
-    width: float, variance: Callable[[Rows], float], graded: Sequence[Indices],
+    width: float, size: float, variance: Callable[[Rows], float], graded: Sequence[Indices],
     names: Sequence[str], resolution: float,
 ) -> tuple[Pattern, ...]:  # fmt: skip
     """The patterns that are too large to be chance; see `pose_scatter` for the parameters.
 
-    `variance` tells that of residuals in their units, `motions` (N, 4, 4) are of all `surfaces`.
+    `size` is the variance of the residuals in their units, and `variance` tells that of others of
+    the same contacts; `motions` (N, 4, 4) are of all `surfaces`.
     """
     count = len(surfaces)
     if not 3 <= count <= DENSE:  # of two scans nothing tells which is off
         return ()
     shapes = [_Shape(surface) for surface in surfaces]
     columns = _columns(found, shapes, motions, frame)
-    values, residuals, size = np.zeros((count, ALL)), found.residuals, 1.0
+    values, residuals = np.zeros((count, ALL)), found.residuals
     told = list[Pattern]()
     for again in range(ROUNDS):
         kept = found.weights * weight(residuals, width)
         last = again == ROUNDS - 1
         classed = graded if last else ()
         normal, gradient, modes = _sums(found, columns, kept, residuals, classed, count)
-        if last or not again:
+        if last:
             size = variance(replace(found, residuals=residuals))
         prior = np.zeros((count, ALL))
         prior[:, SCALE:] = size / PRIOR**2

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mvreg.stages.adjust.joint.block_matrix import of_blocks
+from mvreg.stages.adjust.joint.block_matrix import between_poses
 from mvreg.stages.adjust.joint.normal_equations import Rows, System, weight
 from mvreg.stages.adjust.joint.surface import Surface
 from mvreg.types import Array, Indices
@@ -45,11 +45,4 @@ def stiffness(
 
     each = np.concatenate(found.in_parts(blocks))
     source, target = system.place[found.contacts.ways].T
-    here, there = source >= 0, target >= 0
-    both, free = here & there, len(system.gradient) // 6
-    return of_blocks(
-        np.concatenate([each[here], each[there], -each[both], -each[both]]),
-        np.concatenate([source[here], target[there], source[both], target[both]]),
-        np.concatenate([source[here], target[there], target[both], source[both]]),
-        (free, free),
-    )
+    return between_poses(each, source, target, len(system.gradient) // 6)

@@ -25,7 +25,8 @@ from mvreg.parallel import in_threads
 from mvreg.stages.adjust.joint.noise import misfits, noise_variances
 from mvreg.stages.adjust.joint.patches import along_rays, axes_about
 from mvreg.types import Array, Indices, View
-from mvreg.types.lazy import lazy
+from mvreg.types.lazy import forget, lazy
+from mvreg.types.scan import too_many_trees
 
 if TYPE_CHECKING:
     from mvreg.kernels.tree import Tree
@@ -155,7 +156,15 @@ def surfaces(views: Sequence[View]) -> list[Surface]:
 
     Samples are the view's own points, evenly thinned where there are more than 5000.
     """
-    return in_threads(_surface, views)
+    many = too_many_trees(view.scan for view in views if view.scan is not None)
+
+    def surface(view: View) -> Surface:
+        found = _surface(view)
+        if many and view.scan is not None:
+            forget(view.scan, "tree")
+        return found
+
+    return in_threads(surface, views)
 
 
 def _surface(view: View) -> Surface:

@@ -17,8 +17,8 @@ from mvreg.stages.adjust.joint.normal_equations import MAD
 from mvreg.types import Array
 
 #: Classes of incidence, as many contacts in each; pairs of classes with fewer contacts than this
-#: say nothing; contacts asked in all.
-CLASSES, FEWEST, MOST = 8, 50, 50_000
+#: say nothing.
+CLASSES, FEWEST = 8, 50
 #: Sweeps of coordinate descent: classes are few, and it converges in some dozen.
 SWEEPS = 200
 
@@ -60,13 +60,11 @@ def systematic(source: Array, target: Array, residuals: Array, predicted: Array)
     predicted : (M,) array
         Variances (length^2).
     """
-    some = slice(None, None, max(1, -(-len(residuals) // MOST)))
-    source, target = source[some], target[some]
     edges = np.unique(np.quantile(np.append(source, target), np.arange(1, CLASSES) / CLASSES))
     edges = edges[edges < source.max(initial=0.0)]
     count = len(edges) + 1
     both = np.searchsorted(edges, source) * count + np.searchsorted(edges, target)
-    squares, known = residuals[some] ** 2, predicted[some]
+    squares = residuals**2
     normal, right = np.zeros((count, count)), np.zeros(count)
     order = np.argsort(both, kind="stable")
     bounds = np.searchsorted(both[order], np.arange(count * count + 1))
@@ -76,7 +74,7 @@ def systematic(source: Array, target: Array, residuals: Array, predicted: Array)
         mine = order[start:stop]
         row = np.zeros(count)
         np.add.at(row, [pair // count, pair % count], 1.0)
-        more = MAD**2 * float(np.median(squares[mine])) - float(np.median(known[mine]))
+        more = MAD**2 * float(np.median(squares[mine])) - float(np.median(predicted[mine]))
         normal += (stop - start) * np.outer(row, row)
         right += (stop - start) * more * row
     return Systematic(edges, _not_negative(normal, right))
