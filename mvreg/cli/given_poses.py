@@ -6,13 +6,14 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime
-from pathlib import Path, PurePath
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from mvreg.errors import InputError
 from mvreg.geometry import se3
+from mvreg.io.scan_names import matched, unused
 from mvreg.types import Array, Result, ScanSet
 
 METHOD = "given"
@@ -57,12 +58,13 @@ def judge(poses: Path, folder: Path, changes: Sequence[str] = (), out: Path | No
     start = time.perf_counter()
     scanset, views = prepared(config)
     loading = time.perf_counter() - start
-    result = replace(given(known, scanset, poses), views=tuple(views))
+    result, unmeant = given(known, scanset, poses)
+    result = replace(result, views=tuple(views))
     remark = (
         f"the poses are those of {poses.name}, in the frame of {result.reference}; nothing was "
         "registered"
     )
-    scanset = replace(scanset, remarks=(*scanset.remarks, *rounded, remark))
+    scanset = replace(scanset, remarks=(*scanset.remarks, *rounded, *unmeant, remark))
     plain: dict[str, Any] = OmegaConf.to_container(config, resolve=True, enum_to_str=True)  # type: ignore[assignment]
     report = build_report(
         scanset, views, result, method=METHOD, rng=config.rng,
@@ -73,15 +75,16 @@ def judge(poses: Path, folder: Path, changes: Sequence[str] = (), out: Path | No
     return not result.unregistered
 
 
-def given(known: Mapping[str, Array], scanset: ScanSet, file: Path) -> Result:
-    """A result with given poses, in the frame of the first scan that has one.
+def given(
+    known: Mapping[str, Array], scanset: ScanSet, file: Path
+) -> tuple[Result, tuple[str, ...]]:
+    """A result with given poses, in the frame of the first scan that has one, and remarks.
 
-    A pose is a scan's if it goes by its name, or by its name without the ending.
+    Poses and scans go together by name, see `mvreg.io.scan_names.matched`.
     """
     names = [scan.name for scan in scanset.scans]
-    stems = {PurePath(name).stem: pose for name, pose in known.items()}
-    found = {name: known.get(name, stems.get(PurePath(name).stem)) for name in names}
-    poses = {name: pose for name, pose in found.items() if pose is not None}
+    whose = {scan: pose for pose, scan in matched(known, names, str(file)).items()}
+    poses = {name: known[whose[name]] for name in names if name in whose}
     if not poses:
         raise InputError(
             f"{file}: expected poses of the scans in the folder, {', '.join(names[:5])}; found "
@@ -91,7 +94,7 @@ def given(known: Mapping[str, Array], scanset: ScanSet, file: Path) -> Result:
     inverse = se3.invert(poses[reference])
     moved = {name: inverse @ pose for name, pose in poses.items()} | {reference: np.eye(4)}
     lost = tuple(name for name in names if name not in poses)
-    return Result(reference, moved, lost, ())
+    return Result(reference, moved, lost, ()), unused(known, whose.values(), file)
 
 
 def write(

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
 from mvreg.errors import InputError, few
 from mvreg.io.poses import read_poses_and_remarks
+from mvreg.io.scan_names import matched, unused
 from mvreg.types import Array, Scan, ScanSet
 
 #: Take the poses that the files of the scans have.
@@ -59,12 +61,14 @@ def _known(
             )
         return scans.initial, ()
     found, remarks = read_poses_and_remarks(initial)
-    if not set(found) & set(names):
+    pairs = matched(found, names, f"dataset.initial={initial}")
+    if not pairs:
         raise InputError(
             f"dataset.initial={initial}: expected poses of the scans {few(names)}; got poses of "
             f"{few(list(found))}"
         )
-    return found, remarks
+    known = {scan: found[name] for name, scan in pairs.items()}
+    return known, (*remarks, *unused(found, pairs, Path(initial)))
 
 
 def _told(scan: Scan, known: Mapping[str, Array], fixed: Sequence[str]) -> Scan:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path, PurePath
+from pathlib import Path
 
 import numpy as np
 
 from mvreg.errors import InputError, few
 from mvreg.export.placements import Component, Placements
 from mvreg.geometry import se3
+from mvreg.io.scan_names import meant
 from mvreg.io.targets import Target, read_targets
 from mvreg.types import Array
 
@@ -40,8 +41,22 @@ class Targets:
 
     @classmethod
     def read(cls, measured: Path, known: Path) -> Targets:
-        """Read both tables, see `read_targets`."""
-        return cls(tuple(read_targets(measured)), tuple(read_targets(known)), (measured, known))
+        """Read both tables, see `read_targets`; of the map's each target counts once.
+
+        Raises
+        ------
+        InputError
+            Also where the map has a target in two places.
+        """
+        seen: dict[str, Target] = {}
+        for target in read_targets(known):
+            before = seen.setdefault(target.name, target)
+            if not np.array_equal(before.position, target.position):
+                raise InputError(
+                    f"{known}, line {target.line}: target {target.name!r} is elsewhere in line "
+                    f"{before.line}; expected one position of each in the frame of the map"
+                )
+        return cls(tuple(read_targets(measured)), tuple(seen.values()), (measured, known))
 
     def in_map(self, found: Placements) -> tuple[Placements, list[str]]:
         """The same placements in the frame of the map, and what is to be said.
@@ -91,18 +106,16 @@ class Targets:
         return [name for name, _, _ in pairs], model, world
 
     def _scans(self, found: Placements) -> dict[str, str]:
-        """The run's names of scans, by these and by those without the ending where one has it."""
-        stems = [PurePath(name).stem for name in found.names]
-        known = {stem: name for stem, name in zip(stems, found.names, strict=True)
-                 if stems.count(stem) == 1}  # fmt: skip
-        known |= {name: name for name in found.names}
-        unknown = sorted({each.scan for each in self.measured} - {*known, ""})
+        """The run's names of the scans that targets were measured in, by the table's."""
+        scans = dict.fromkeys(each.scan for each in self.measured if each.scan)
+        known = {scan: meant(scan, found.names, str(self.files[0])) for scan in scans}
+        unknown = sorted(scan for scan, name in known.items() if name is None)
         if unknown:
             raise InputError(
                 f"{self.files[0]}: expected targets measured in the scans "
                 f"{few(list(found.names))}; got {few(unknown)}"
             )
-        return known
+        return {scan: name for scan, name in known.items() if name is not None}
 
 
 def fitted(names: Sequence[str], model: Array, world: Array, files: str) -> tuple[Array, list[str]]:

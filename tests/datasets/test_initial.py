@@ -148,3 +148,15 @@ def test_that_what_fits_no_scan_is_told(tmp_path):
         tell_initial(scans, file, [])
     with pytest.raises(InputError, match="scans with poses in their files, found none"):
         tell_initial(scans, "file", [])
+
+
+def test_that_poses_go_by_names_without_the_ending_and_others_are_told(tmp_path):
+    plain = mvreg.dataset("tiny")
+    named = replace(plain, scans=tuple(replace(s, name=f"{s.name}.ply") for s in plain.scans))
+    known = {"tiny_01": pose(), "tiny_02.txt": pose(), "elsewhere.ply": pose()}
+    told = tell_initial(named, write(tmp_path / "known.json", known), [])
+    by_name = {scan.name: scan.initial for scan in told.scans}
+    np.testing.assert_allclose(by_name["tiny_01.ply"], known["tiny_01"], atol=1e-12)
+    np.testing.assert_allclose(by_name["tiny_02.ply"], known["tiny_02.txt"], atol=1e-12)
+    assert sum(each is None for each in by_name.values()) == 4
+    assert told.remarks[-1] == "known.json: 1 pose is of no scan that is here: elsewhere.ply"

@@ -9,7 +9,8 @@ import pytest
 
 from mvreg.errors import InputError, PluginError
 from mvreg.io import Format, PointCloud, read_clouds
-from mvreg.io.formats import FORMATS, single
+from mvreg.io.formats import FORMATS, ReadOptions, single
+from mvreg.io.pieces import NotInPiecesError, Pieces
 from mvreg.plugins.formats import collect_formats
 from mvreg.plugins.pluggy_manager import Manager
 
@@ -47,6 +48,10 @@ def test_that_a_plugins_format_replaces_ours():
             lambda: [Format("odd", (".odd",), lambda path: [])],
             r"expected read\(path, options\), got",
         ),
+        (
+            lambda: [Format("odd", (".odd",), FORMAT.read, lambda path: [])],
+            r"expected pieces\(path, options\), got",
+        ),
         (lambda: [Format("odd", (".odd",), None)], "got None; change its parameters"),
     ],
 )
@@ -81,6 +86,44 @@ def test_that_a_failing_reader_names_its_plugin_and_the_file(read, said, tmp_pat
     )
     with pytest.raises(PluginError, match=f"{head}.*{said}"):
         read_clouds(tmp_path / "a.odd", formats=formats)
+
+
+def in_pieces(path, read):
+    return [Pieces(read, path, 2)]
+
+
+@pytest.mark.parametrize(
+    ("pieces", "said"),
+    [
+        (lambda path, _: Pieces(lambda _: iter([CLOUD]), path, 2), "got one Pieces; return it in"),
+        (lambda *_: [CLOUD], "expected pieces.*mvreg.io.pieces.Pieces, or .*got a list"),
+        (lambda *_: 1 / 0, "expected pieces.*got ZeroDivisionError: division by zero at"),
+        (lambda path, _: in_pieces(path, lambda _: iter([1 / 0])), r"Pieces.read\(path\) .*Zero"),
+        (lambda path, _: in_pieces(path, lambda _: iter([np.ones(3)])), "Pieces.read.*PointCloud"),
+    ],
+)
+def test_that_a_failing_reader_in_pieces_names_its_plugin_and_the_file(pieces, said, tmp_path):
+    form = Format("Odd", (".odd",), FORMAT.read, pieces)
+    found = collect_formats(manager(odd=lambda: [form]))[".odd"]
+    with pytest.raises(PluginError, match=f"a.odd: format 'Odd' .plugin 'odd'.*{said}"):
+        [each.whole() for each in found.pieces(tmp_path / "a.odd", ReadOptions())]
+
+
+def test_that_a_reader_may_say_that_a_file_is_to_be_read_whole(tmp_path):
+    def no(path, options):
+        raise NotInPiecesError
+
+    (tmp_path / "a.odd").touch()
+    form = Format("Odd", (".odd",), FORMAT.read, no)
+    formats = collect_formats(manager(odd=lambda: [form]))
+    with pytest.raises(NotInPiecesError):
+        list(formats[".odd"].pieces(tmp_path / "a.odd", ReadOptions()))
+    right = Format(
+        "Odd", (".odd",), FORMAT.read, lambda p, _: in_pieces(p, lambda _: iter([CLOUD]))
+    )
+    formats = collect_formats(manager(odd=lambda: [right]))
+    (found,) = formats[".odd"].pieces(tmp_path / "a.odd", ReadOptions())
+    np.testing.assert_array_equal(found.whole().points, CLOUD.points)
 
 
 def test_that_a_damaged_file_is_told_as_the_reader_says(tmp_path):
