@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import fields
 from functools import wraps
 from threading import Lock
 from typing import Any, Generic, TypeVar
@@ -33,6 +34,14 @@ class lazy(Generic[Value]):  # noqa: N801, a decorator
             return self  # type: ignore[return-value]
         value = self.function(instance)
         return vars(instance).setdefault(self.name, value)  # type: ignore[no-any-return]
+
+
+class FieldsAlone:
+    """A dataclass whose copies and pickles have the fields alone, and work out the rest again."""
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What its fields hold; what `lazy` and `kept_on_argument` keep is none of it."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}  # type: ignore[arg-type]
 
 
 class Latest:

@@ -19,7 +19,7 @@ from mvreg.geometry.arrays import Array
 from mvreg.types import checks
 from mvreg.types.attributes import Attributes, FullPoints, Values, turned
 from mvreg.types.inputs import Input
-from mvreg.types.lazy import Latest, lazy
+from mvreg.types.lazy import FieldsAlone, Latest, lazy
 from mvreg.types.pointlike import PointLike, points_of
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ HELD_IN_TREES = 2_000_000
 
 
 @dataclass(frozen=True, eq=False)
-class Scan:
+class Scan(FieldsAlone):
     """Raw points of one range scan, in a frame of their own.
 
     Parameters

@@ -13,7 +13,7 @@ import numpy as np
 from mvreg.errors import RecordError
 from mvreg.geometry.arrays import Array
 from mvreg.types import checks
-from mvreg.types.lazy import lazy
+from mvreg.types.lazy import FieldsAlone, lazy
 from mvreg.types.scan import Scan
 
 if TYPE_CHECKING:
@@ -133,7 +133,7 @@ def common_spread(first: Features, second: Features) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class View:
+class View(FieldsAlone):
     """A scan prepared for registration, or the merged model, in a frame of its own.
 
     `points` (N, 3) with unit `normals` (N, 3) for refinement; `features` for the search;
