@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from mvreg.evaluation.pose_errors import PoseErrors as PoseErrors
     from mvreg.evaluation.pose_errors import pose_errors as pose_errors
     from mvreg.evaluation.relative import relative_covariance as relative_covariance
+    from mvreg.export.library import write as write
     from mvreg.library import dataset as dataset
     from mvreg.library import prepare as prepare
     from mvreg.library import register as register
@@ -62,6 +63,7 @@ _WHERE = {
     "register": "library",
     "relative_covariance": "evaluation.relative",
     "show": "report.page.inline",
+    "write": "export.library",
 }
 
 __all__ = sorted(_WHERE)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from html import escape
 
-from mvreg.errors import InputError
 from mvreg.types import Result, ScanSet
 
 
@@ -48,17 +47,9 @@ def show(result: Result, scans: ScanSet | None = None, height: int = 900) -> Sho
     InputError
         If the result does not have its views.
     """
-    from mvreg.report.build import build_report
+    from mvreg.report.of_result import report_of
     from mvreg.report.page.data import page_data
     from mvreg.report.page.render import render_page
 
-    if not result.views:
-        raise InputError(
-            "mvreg.show: expected a result with its views, as mvreg.register returns it, found none"
-        )
-    if scans is None:
-        scans = ScanSet("scans", tuple(view.scan for view in result.views if view.scan))
-    report = build_report(
-        scans, result.views, result, method="register", rng=None, seconds={}, config={}
-    )
+    scans, report = report_of(result, scans, "mvreg.show")
     return Shown(render_page(page_data(report, scans, result.views)), height)
