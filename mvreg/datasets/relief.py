@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mvreg.datasets.sdf import SINGLE, Array, Distance
+from mvreg.datasets.sdf import Array, Distance
 from mvreg.geometry import se3
 
 
@@ -24,8 +24,7 @@ def bumps(wavelength: float, height: float, seed: int | np.integer) -> Distance:
     waves = rng.normal(size=(6, 3))
     waves *= 2 * np.pi / wavelength / np.linalg.norm(waves, axis=1, keepdims=True)
     waves *= rng.uniform(0.7, 1.4, size=(6, 1))
-    phases = rng.uniform(0, 2 * np.pi, size=6).astype(SINGLE)
-    waves = waves.astype(SINGLE)
+    phases = rng.uniform(0, 2 * np.pi, size=6)
 
     def relief(points: Array) -> Array:
         height_at: Array = height / 3 * np.sin(points @ waves.T + phases).sum(axis=1)
@@ -38,7 +37,6 @@ def ridges(direction: tuple[float, float, float], wavelength: float, height: flo
            sway: float = 0.0) -> Distance:  # fmt: skip
     """Parallel ridges across `direction`, made to wander by `sway`."""
     along = np.array(direction) / np.linalg.norm(direction) * 2 * np.pi / wavelength
-    along = along.astype(SINGLE)
     wander = bumps(5 * wavelength, sway, 7)
 
     def relief(points: Array) -> Array:
@@ -51,7 +49,7 @@ def ridges(direction: tuple[float, float, float], wavelength: float, height: flo
 def folds(centre: tuple[float, float], count: float, height: float, bottom: float, top: float,
           seed: int) -> Distance:  # fmt: skip
     """Folds of cloth that hang around a vertical axis: deep at `bottom`, gone at `top`."""
-    uneven = np.random.default_rng(seed).uniform(0, 2 * np.pi, size=3).astype(SINGLE)
+    uneven = np.random.default_rng(seed).uniform(0, 2 * np.pi, size=3)
 
     def relief(points: Array) -> Array:
         angle = np.arctan2(points[:, 1] - centre[1], points[:, 0] - centre[0])

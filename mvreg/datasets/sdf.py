@@ -18,8 +18,6 @@ from mvreg.types import Indices
 Array = NDArray[np.floating]
 Distance = Callable[[Array], Array]
 
-#: Single precision is a micrometre at worst here, and half the time.
-SINGLE = np.float32
 CHUNK = 8192
 
 
@@ -58,8 +56,7 @@ def evaluate(
     apart : list of arrays
         For each part its distances, at its active points.
     """
-    together, apart = np.full(len(points), np.inf, dtype=SINGLE), []
-    points = points.astype(SINGLE)
+    together, apart = np.full(len(points), np.inf, dtype=float), []
     for part, where in zip(parts, active, strict=True):
         new = _in_chunks(part.distance, points[where])
         apart.append(new)
@@ -89,8 +86,8 @@ def ellipsoid(centre: Sequence[float], radii: Sequence[float], frame: Array | No
               relief: Distance | None = None, blend: float = 0.0,
               carve: bool = False) -> Part:  # fmt: skip
     """An ellipsoid; the columns of `frame` (3, 3) are its axes, `relief` is added outwards."""
-    origin, axes = np.array(centre, dtype=SINGLE), np.array(radii, dtype=SINGLE)
-    turn = (np.eye(3) if frame is None else frame).astype(SINGLE)
+    origin, axes = np.array(centre, dtype=float), np.array(radii, dtype=float)
+    turn = np.eye(3) if frame is None else frame
 
     def distance(points: Array) -> Array:
         local = (points - origin) @ turn
@@ -108,8 +105,8 @@ def block(centre: Sequence[float], half: Sequence[float], rounding: float,
           frame: Array | None = None, relief: Distance | None = None, blend: float = 0.0,
           carve: bool = False) -> Part:  # fmt: skip
     """A box of half sizes `half` with rounded edges."""
-    origin, size = np.array(centre, dtype=SINGLE), np.array(half, dtype=SINGLE)
-    turn = (np.eye(3) if frame is None else frame).astype(SINGLE)
+    origin, size = np.array(centre, dtype=float), np.array(half, dtype=float)
+    turn = np.eye(3) if frame is None else frame
 
     def distance(points: Array) -> Array:
         beyond = np.abs((points - origin) @ turn) - (size - rounding)
@@ -126,8 +123,8 @@ def torus(centre: Sequence[float], major: Sequence[float], minor: Sequence[float
           frame: Array | None = None, relief: Distance | None = None,
           blend: float = 0.0) -> Part:  # fmt: skip
     """A ring around its z axis: half axes `major` (2), and a section of radius and half height."""
-    origin, ring = np.array(centre, dtype=SINGLE), np.array(major, dtype=SINGLE)
-    turn = (np.eye(3) if frame is None else frame).astype(SINGLE)
+    origin, ring = np.array(centre, dtype=float), np.array(major, dtype=float)
+    turn = np.eye(3) if frame is None else frame
     flat = minor[1] / minor[0]
 
     def distance(points: Array) -> Array:
@@ -151,13 +148,13 @@ def limb(path: Sequence[Sequence[float]], radii: Sequence[float], relief: Distan
     knots = _catmull_rom(knots, steps)
     centre = (knots[:, :3].min(axis=0) + knots[:, :3].max(axis=0)) / 2
     reach = np.linalg.norm(knots[:, :3] - centre, axis=1) + knots[:, 3]
-    origin, starts = centre.astype(SINGLE), (knots[:-1, :3] - centre).astype(SINGLE)
-    along, widths = np.diff(knots[:, :3], axis=0).astype(SINGLE), knots[:, 3].astype(SINGLE)
+    origin, starts = centre, (knots[:-1, :3] - centre)
+    along, widths = np.diff(knots[:, :3], axis=0), knots[:, 3]
 
     def distance(points: Array) -> Array:
         local = points - origin
         squared = np.einsum("ij,ij->i", local, local)
-        plain = np.full(len(points), np.inf, dtype=SINGLE)
+        plain = np.full(len(points), np.inf, dtype=float)
         for start, axis, dots, lasts, width, end_width in zip(
             starts, along, along @ local.T, starts @ local.T, widths[:-1], widths[1:], strict=True
         ):

@@ -18,6 +18,8 @@ from mvreg.types import Array, Indices
 COARSEST = 8
 #: How much steeper than a true distance relief can make a signed distance.
 STEEPEST = 1.6
+#: Of the vertices (steps), so that a processor that rounds otherwise has the same mesh.
+DECIMALS = 6
 CHILDREN = np.array([(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)])
 CORNERS = np.array([(i, j, k) for i in (0, 1, 2) for j in (0, 1, 2) for k in (0, 1, 2)])
 
@@ -57,7 +59,8 @@ def surface_net(parts: Sequence[Part], step: float) -> tuple[Array, Indices]:
     values = _sample(parts, cells, lower, step)
     vertices, triangles = _net(values)
     vertices = lower + step * vertices
-    return _settle(parts, cells, lower, step, vertices, triangles), triangles
+    settled = _settle(parts, cells, lower, step, vertices, triangles)
+    return np.round(settled / step, DECIMALS) * step, triangles
 
 
 def _all_cells(parts: Sequence[Part], lower: Array, upper: Array, step: float) -> Cells:

@@ -1,5 +1,6 @@
 """The embedded data sets, and the shapes and the camera that they are made with."""
 
+import os
 import subprocess
 import sys
 
@@ -404,3 +405,20 @@ def test_views_are_as_far_apart_as_they_may_be():
     assert (far - near > 30).all() and (far < 110).all()
     with pytest.raises(InputError, match="widest_step"):
         Tiny(widest_step=-1)
+
+
+@pytest.mark.parametrize("kernels", ["Prescott", "Haswell"])
+def test_that_processors_that_round_otherwise_make_the_same_scans(kernels, tmp_path):
+    """Of x86: elsewhere both are the same as ever."""
+    code = "import numpy, sys, mvreg; numpy.savez(sys.argv[1], *[scan.points for scan in " \
+           "mvreg.dataset('tiny').scans])"  # fmt: skip
+    file = tmp_path / "scans.npz"
+    subprocess.run(
+        [sys.executable, "-c", code, str(file)],
+        check=True,
+        env=os.environ | {"OPENBLAS_CORETYPE": kernels},
+    )
+    here = Tiny().load(rng()).scans
+    with np.load(file) as found:
+        for scan, points in zip(here, found.values(), strict=True):
+            np.testing.assert_allclose(points, scan.points, rtol=0, atol=1e-9)

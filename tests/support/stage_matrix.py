@@ -11,8 +11,8 @@ from mvreg.types import Result, ScanSet
 
 #: Degrees and mm of the worst scan that is placed; the default's are 0.07 and 0.08, and those of
 #: the mixture model of `adjust=jrmpc`, the least exact adjustment, 0.39 and 1.1; Open3D's pose
-#: graph, not adjusted, 1.5 and 2.7.
-MAX_ANGLE, MAX_SHIFT = 2.0, 3.0
+#: graph, not adjusted, 1.5 and 2.7, and plain ICP, 2.4 and 2.5. Neighbours are 30 degrees apart.
+MAX_ANGLE, MAX_SHIFT = 3.0, 3.0
 
 #: Stages with which scans of `tiny` are left over, and why. None may place one wrongly.
 EXCEPTIONS = {

@@ -14,12 +14,13 @@ from mvreg.types import Array, Edge, Pair, Result, View, ViewGraph
 
 @dataclass(frozen=True)
 class NamelessStrategy:
-    """Grow one model from the scan with the most keypoints, until a pass adds nothing.
+    """Grow one model from the scan with the most keypoints.
 
     Parameters
     ----------
     passes : int
-        No more passes over the scans that are not placed yet than this.
+        No more passes over the scans that are not placed yet than this. A pass that adds nothing
+        is not the last: stages draw other random numbers in the next.
     """
 
     passes: int = 10
@@ -54,8 +55,7 @@ class NamelessStrategy:
                 graph = graph.with_edge(Edge.of(found, view, model))
                 model = pipeline.extend(model, view, found)
                 poses[view.name] = found.T_target_source
-            if len(left) in (0, len(waiting)):
-                waiting = left
-                break
             waiting = left
+            if not waiting:
+                break
         return Result(first.name, poses, tuple(v.name for v in waiting), tuple(pairs), model)
