@@ -16,6 +16,7 @@ from mvreg.events import Event, PairRegistered, PairStarted
 from mvreg.stages.strategy.best_first.attempted import Outcome, Registered, without_pairs
 from mvreg.stages.strategy.best_first.joint_verdict import (
     Check,
+    checked_for_other_side,
     checked_for_symmetry,
     consistent_join,
 )
@@ -135,6 +136,7 @@ class Work:
         target, source = self.models.target(attempt.targets, self.pipeline), views[attempt.source]
         checks = (
             checked_for_symmetry(self.pipeline, source, target, attempt.graph),
+            checked_for_other_side(source, target),
             self.consistent,
             self.closing,
         )

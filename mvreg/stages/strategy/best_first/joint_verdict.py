@@ -10,6 +10,7 @@ import numpy as np
 from mvreg.contracts import JointJudge, Judge, Pipeline
 from mvreg.evidence.pooled import ViewPair
 from mvreg.parallel import in_threads
+from mvreg.stages.strategy.best_first.other_side import other_side
 from mvreg.stages.strategy.best_first.partial_models import PartialModels, contact_points
 from mvreg.stages.strategy.best_first.symmetry import symmetry_hypotheses
 from mvreg.types import Array, Registration, Verdict, View, ViewGraph
@@ -20,6 +21,8 @@ CERTAIN_ON_SUBSAMPLE = 0.9
 #: A pair that shares less than this of the points of either view, or fewer of them, says nothing to
 #: a judge of single registrations.
 LEAST_OVERLAP, LEAST_POINTS = 0.1, 50
+#: A pose is ambiguous if it is so probable that the source shows the other side.
+MOST_OTHER_SIDE = 0.3
 
 Check = Callable[[Registration, Verdict], Verdict]
 
@@ -117,6 +120,24 @@ def checked_for_symmetry(pipeline: Pipeline, source: View, target: View, graph: 
             return verdict
         return pipeline.judge(
             replace(registration, alternatives=alternatives), source, target, graph
+        )
+
+    return check
+
+
+def checked_for_other_side(source: View, target: View) -> Check:
+    """A check of a reliable pose of something thin, which may show its other side."""
+
+    def check(registration: Registration, verdict: Verdict) -> Verdict:
+        if not verdict.reliable:
+            return verdict
+        other = other_side(registration, source, target)
+        if other <= MOST_OTHER_SIDE:
+            return verdict
+        confidence = (verdict.confidence or 1.0) * (1 - other)
+        reason = "ambiguous: it may be the other side of something thin"
+        return replace(
+            verdict, reliable=False, reason=reason, confidence=confidence, score=1 - confidence
         )
 
     return check

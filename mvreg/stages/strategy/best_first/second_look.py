@@ -15,6 +15,7 @@ from mvreg.evidence.pairing import on_few_points, view_pairs
 from mvreg.parallel import in_threads
 from mvreg.stages.strategy.best_first.hypotheses import LEAST_PROBABILITY, distinct
 from mvreg.stages.strategy.best_first.joint_verdict import Together, together
+from mvreg.stages.strategy.best_first.other_side import other_side
 from mvreg.stages.strategy.best_first.symmetry import symmetry_hypotheses
 from mvreg.types import Array, Registration, View
 
@@ -76,8 +77,9 @@ def looked_at_again(
         found += [replace(found[best], T_target_source=pose) for pose in alike]
         said += [weighed(judge, source, target, pose) for pose in alike]
     kept = distinct(source, [one.T_target_source for one in found])
+    same = [1 - other_side(found[k], source, target) if said[k].probability else 1.0 for k in kept]
     return (
         [found[k] for k in kept],
-        [said[k].probability for k in kept],
+        [said[k].probability * share for k, share in zip(kept, same, strict=True)],
         [said[k].plausibility for k in kept],
     )
