@@ -16,8 +16,8 @@ FEATURES = ("surface_overlap", "residual", "misfit", "agreement", "violation", "
 #: Intercept and weights, by what is known of the sensors: what the scans say, what their points
 #: tell (`mvreg.surface.sensor`), nothing.
 WEIGHTS: dict[str, tuple[float, ...]] = {
-    "known": (3.39, 0.50, -1.66, -1.14, 0.25, -2.90, -0.50),
-    "estimated": (2.86, 0.50, -1.34, -1.10, 0.25, -2.80, -0.50),
+    "known": (3.09, 0.50, -1.50, -1.51, 0.25, -2.39, -0.50),
+    "estimated": (2.73, 0.50, -1.31, -1.58, 0.25, -2.43, -0.50),
     "none": (1.89, 0.50, -1.32, -3.30, 0.25, 0.00, -1.39),
 }
 #: The probability that a wrong pose agrees with what the other pairs of a loop say: they do so more

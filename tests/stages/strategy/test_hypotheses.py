@@ -5,6 +5,7 @@ import pytest
 
 from mvreg.geometry import se3
 from mvreg.stages.strategy.best_first.agreement import (
+    APART,
     CHANCE,
     CHANCE_OF_RIVALS,
     Agreement,
@@ -41,7 +42,7 @@ def known(*told):
 
 
 def test_three_pairs_that_close_a_loop_agree():
-    found = known((0, 1, 0.5), (1, 2, 0.5), (2, 0, 0.5)).agreements()
+    found = known((0, 1, 0.6), (1, 2, 0.6), (2, 0, 0.6)).agreements()
     assert len(found) == 1 and len(found[0].bundles) == 3
     assert found[0].odds > 1
     assert len(found[0].edges) == 2
@@ -54,7 +55,7 @@ def test_three_pairs_that_close_a_loop_agree():
 def test_the_odds_are_those_of_two_wrong_pairs_that_fit_by_chance():
     p = 0.6
     (one,) = known((0, 1, p), (1, 2, p), (2, 0, p)).agreements()
-    wrong = CHANCE * (3 * (1 - p) ** 2 * p + (1 - p) ** 3)
+    wrong = CHANCE * (3 * (1 - p) ** (2 * APART) * p + (1 - p) ** (3 * APART))
     assert one.odds == pytest.approx(p**3 / wrong)
 
 
