@@ -81,7 +81,9 @@ KINDS: Mapping[str, Callable[[int], ScanSource]] = {
     "toy": lambda draw: Figurine(views=5, points=20_000, shape=f"blob-{draw}", noise_rng=draw),
     "tool": lambda draw: Tool(variant=draw),
     "two_rooms": _two(Room),
-    "two_halls": _two(Hall),
+    "two_halls": lambda draw: Together(
+        parts=tuple(Hall(variant=2 * draw + k, scans=6) for k in (0, 1))
+    ),
     "two_offices": _two(Office),
     "room_and_office": lambda draw: Together(parts=(Room(variant=draw), Office(variant=draw))),
 }

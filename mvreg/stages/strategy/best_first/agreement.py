@@ -12,13 +12,13 @@ from mvreg.evidence.calibration import LOOP_CHANCE
 from mvreg.types import Array
 
 #: The probability that a wrong pose agrees with what the other pairs of a loop say; and of one that
-#: has a rival at least half as probable, as slides along a corridor have, or that is between the
+#: has rivals a fifth as probable or more, as slides along a corridor have, or that is between the
 #: same groups as another one: those agree more often.
-CHANCE, CHANCE_OF_RIVALS, RIVAL = LOOP_CHANCE, 0.5, 0.5
+CHANCE, CHANCE_OF_RIVALS, RIVAL = LOOP_CHANCE, 0.5, 0.2
 #: The exponent of the probability that pairs of a loop of three groups are wrong: 1 if they are
 #: wrong independently, a half if together. What looks like one end of a hall to a scan of the other
 #: looks so to the scan beside it, too.
-APART = 0.75
+APART = 0.7
 #: Pairs between two groups, the best two of them, must be as probable by themselves. In offices,
 #: whose rooms are nearly symmetric, wrong pairs that agree have 0.35 at most.
 LEAST_LIKELY = 0.5
