@@ -19,8 +19,8 @@ from mvreg.types import Array, Registration, Verdict, View, ViewGraph
 #: most.
 NEGLIGIBLE = 0.1
 #: An alternative is no rival of a pose with so many times its odds: of an object on a plate, which
-#: holds two thirds of the points, turned poses have up to 0.5, the right ones 0.999. Poses that are
-#: a window off have less than a hundredth of the odds of most right poses of facades.
+#: holds two thirds of the points, turned poses have up to 0.5, the right ones 0.999. The right
+#: pose of two scans of a facade has 95 times the odds of the one that is a window off.
 CLEARLY = 50.0
 #: A pose under which more of the points float is not compared with others by what floats: it may be
 #: wrong as they are, and fit a little better. Of a facade the right poses have 0.005 and less.

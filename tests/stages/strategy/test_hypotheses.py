@@ -152,3 +152,18 @@ def test_what_can_slide_is_a_rival_of_what_cannot():
     (beside,) = found.add(0, 1, poses, [0.99, 0.0], 1, [0.99, 0.99])
     assert alone.probability > 0.9 and alone.chance == CHANCE
     assert beside.probability < 0.51 and beside.chance == CHANCE_OF_RIVALS
+
+
+def test_the_most_probable_pose_is_no_more_so_than_the_judge_is_confident():
+    found = Hypotheses(PartialModels(VIEWS))
+    (sure,) = found.add(0, 1, [true(0, 1)], [0.9], confidence=0.9)
+    assert sure.probability == pytest.approx(0.9) and sure.chance == CHANCE
+    (doubted,) = found.add(0, 1, [true(0, 1)], [0.9], confidence=0.7)
+    assert doubted.probability == pytest.approx(0.7) and doubted.chance == CHANCE_OF_RIVALS
+
+
+def test_a_loop_of_halls_that_look_alike_is_not_certain():
+    (one,) = known((0, 1, 0.82), (1, 2, 0.94), (2, 0, 0.8)).agreements()
+    assert one.odds < 0.95 / 0.05
+    (one,) = known((0, 1, 0.9), (1, 2, 0.92), (2, 0, 0.9)).agreements()
+    assert one.odds > 0.95 / 0.05
