@@ -21,7 +21,8 @@ from pathlib import Path
 import numpy as np
 
 import mvreg
-from experiments.accuracy.kinds_sites import Car, Facade, Fragments, Hall, SolidState
+from experiments.accuracy.kinds_fragments import Fragments
+from experiments.accuracy.kinds_sites import Car, Facade, Hall, SolidState
 from experiments.accuracy.kinds_things import Tool
 from experiments.accuracy.placements import UNITS, Tolerance, Truth, judged
 from mvreg.datasets.base import Order, ScanSource
@@ -81,7 +82,9 @@ KINDS: Mapping[str, Callable[[int], ScanSource]] = {
     "toy": lambda draw: Figurine(views=5, points=20_000, shape=f"blob-{draw}", noise_rng=draw),
     "tool": lambda draw: Tool(variant=draw),
     "two_rooms": _two(Room),
-    "two_halls": _two(Hall),
+    "two_halls": lambda draw: Together(
+        parts=tuple(Hall(variant=2 * draw + k, scans=6) for k in (0, 1))
+    ),
     "two_offices": _two(Office),
     "room_and_office": lambda draw: Together(parts=(Room(variant=draw), Office(variant=draw))),
 }
@@ -130,12 +133,11 @@ def scans_of(kind: str, draw: int) -> ScanSet:
     return source(np.random.default_rng(draw))
 
 
-def add(count: Count, scans: ScanSet, found: Result) -> None:
-    """Count what a run has placed, and where."""
+def add(count: Count, scans: ScanSet, found: Result, resolution: float) -> None:
+    """Count what a run has placed, and where; `resolution` (length) is what errors are told in."""
     assert scans.poses is not None
     objects = scans.objects or dict.fromkeys(scans.poses, "")
     truth = Truth(scans.as_read(scans.poses), objects)
-    resolution = found.views[0].scale.resolution
     unit = "m" if scans.unit not in UNITS else scans.unit
     tolerance = Tolerance.of({"unit": unit, "resolution": resolution})
     largest: dict[str, int] = {}
@@ -173,7 +175,7 @@ def measure(kind: str, draw: int) -> Count:
     start = time.process_time()
     found = mvreg.register(scans, rng=draw)
     count.seconds += time.process_time() - start
-    add(count, scans, found)
+    add(count, scans, found, found.views[0].scale.resolution)
     return count
 
 

@@ -17,6 +17,8 @@ from mvreg.types.lazy import lazy
 #: Of `gauss_newton_step`, in units of the mean eigenvalue: `mvreg.stages.refine.plane_base` takes
 #: the same.
 DAMPING = 1e-3
+#: Below this share of the contact what is told by the points of few scans is not relied on.
+LEAST_SEEN = 0.4
 #: Subsampled evidence uses every n-th point.
 SUBSAMPLING = 8
 
@@ -74,11 +76,17 @@ class ViewPair:
 
 
 def free_space_violation(sides: Sequence[DirectedEvidence]) -> tuple[float | None, str]:
-    """The share of violations, and what it rests on: only scans that say it, if there are any."""
-    for sensor, chosen in (
-        ("known", [side for side in sides if side.sensor_known]),
-        ("estimated", [side for side in sides if side.has_sensor]),
-    ):
+    """The share of violations, and what it rests on: only scans that say it, if there are any.
+
+    Sensors told from points count where they see `LEAST_SEEN` of the contact or more: of scans
+    fused from several stations, a few look as if they were of one.
+    """
+    known = [side for side in sides if side.sensor_known]
+    estimated = [side for side in sides if side.has_sensor]
+    contact = sum(side.count for side in sides)
+    if not known and sum(side.count for side in estimated) < LEAST_SEEN * contact:
+        return None, "none"
+    for sensor, chosen in (("known", known), ("estimated", estimated)):
         if chosen:
             front = sum(side.front for side in chosen)
             return front / max(front + sum(side.consistent for side in chosen), 1), sensor

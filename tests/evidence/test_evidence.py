@@ -1,12 +1,14 @@
 """The evidence of a pose: what each part of it measures, how it pools, what it cannot tell."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from mvreg.evidence.calibration import FEATURES, WEIGHTS, features, probability
 from mvreg.evidence.pooled import ViewPair, pool_evidence
+from mvreg.evidence.pooling import free_space_violation
 from mvreg.evidence.view_pair import LEAST_NOISE_FLOOR, directed_evidence, surface_samples
 from mvreg.geometry import se3
 from mvreg.testing import blob_scans, blob_views, overlap
@@ -140,6 +142,20 @@ def test_silent_scans_are_looked_at_with_an_estimate_and_merged_ones_not_at_all(
         "residual_step",
         "points",
     }  # fmt: skip
+
+
+def test_sensors_of_few_scans_of_many_say_nothing():
+    def side(has_sensor, count, known=False):
+        return SimpleNamespace(
+            sensor_known=known, has_sensor=has_sensor, count=count, front=1, consistent=3
+        )
+
+    half = [side(True, 50), side(False, 50)]
+    assert free_space_violation(half) == (0.25, "estimated")
+    assert free_space_violation([*half, side(False, 50)]) == (None, "none")
+    told = [side(True, 10, known=True), side(False, 90)]
+    assert free_space_violation(told) == (0.25, "known")
+    assert free_space_violation([side(False, 10)]) == (None, "none")
 
 
 def test_far_apart_says_so_without_a_number_that_is_none():

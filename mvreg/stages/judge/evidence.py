@@ -19,8 +19,9 @@ from mvreg.types import Array, Registration, Verdict, View, ViewGraph
 #: most.
 NEGLIGIBLE = 0.1
 #: An alternative is no rival of a pose with so many times its odds: of an object on a plate, which
-#: holds two thirds of the points, turned poses have up to 0.5, the right ones 0.999.
-CLEARLY = 100.0
+#: holds two thirds of the points, turned poses have up to 0.5, the right ones 0.999. The right
+#: pose of two scans of a facade has 95 times the odds of the one that is a window off.
+CLEARLY = 50.0
 #: A pose under which more of the points float is not compared with others by what floats: it may be
 #: wrong as they are, and fit a little better. Of a facade the right poses have 0.005 and less.
 HARDLY = 0.005
@@ -43,9 +44,13 @@ class EvidenceJudge:
     ----------
     min_probability : float
         Least probability of a reliable pose.
+    min_probability_blind : float
+        The same where no sensor is known, nor can be told from the points: nothing shows what is
+        free then, and rooms fit themselves turned. Of fused fragments of kitchens wrong poses have
+        up to 0.997, most right ones 0.998 and more (``experiments/accuracy/kinds.py``).
     max_alternative : float
         Largest probability, taken by itself, of a clearly different pose of the same pair, unless
-        the odds of the pose are a hundred times as large.
+        the odds of the pose are fifty times as large.
     alternative_angle : float
         Alternatives that differ by more than this (degrees) are clearly different, so are those
         `alternative_distance` apart. 10 is the paper's own separation of candidates.
@@ -60,6 +65,7 @@ class EvidenceJudge:
     """
 
     min_probability: float = 0.95
+    min_probability_blind: float = 0.998
     max_alternative: float = 0.3
     alternative_angle: float = 10.0
     alternative_distance: float = 3.0
@@ -67,7 +73,7 @@ class EvidenceJudge:
     min_overlap: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("min_probability", "max_alternative"):
+        for name in ("min_probability", "min_probability_blind", "max_alternative"):
             if not 0 < getattr(self, name) < 1:
                 raise InputError(
                     f"judge.{name}: expected a probability between 0 and 1, got "
@@ -97,13 +103,17 @@ class EvidenceJudge:
         own, other = odds(evidence.probability), odds(alternative)
         confidence = own / (1 + own + other)  # one of the poses at most is right
         return Verdict(
-            reason is None, 1 - confidence, 1 - self.min_probability, reason or evidence.reason,
+            reason is None, 1 - confidence, 1 - self.least(evidence), reason or evidence.reason,
             confidence, evidence.as_dict(), open_loop,
         )  # fmt: skip
 
     def together(self, pairs: Sequence[ViewPair]) -> Evidence:
         """Pool what view pairs show, as `mvreg.evidence.pooled.pool_evidence`."""
         return pool_evidence(pairs)
+
+    def least(self, evidence: Evidence) -> float:
+        """The least probability of a reliable pose, by what the evidence rests on."""
+        return self.min_probability_blind if evidence.sensor == "none" else self.min_probability
 
     def objection(self, evidence: Evidence, alternative: float) -> str | None:
         """Why the pose cannot be relied on, by itself or for its best alternative."""
@@ -115,7 +125,7 @@ class EvidenceJudge:
             return "ambiguous: another pose is as probable"
         if evidence.surface_overlap < self.min_overlap:
             return f"overlap below {self.min_overlap:g}"
-        if evidence.probability >= self.min_probability:
+        if evidence.probability >= self.least(evidence):
             return None
         return (
             "probability below the threshold" if evidence.reason == CONSISTENT else evidence.reason

@@ -56,6 +56,16 @@ def test_a_right_pose_is_not_reliable_enough_for_every_wish():
     assert not judged(found(pose), min_probability=wish).reliable
 
 
+def test_more_is_asked_where_no_sensor_says_what_is_free():
+    pair, judge = overlap(), EvidenceJudge()
+    seen = pool_evidence(view_pairs(pair.source, pair.target, pair.T_target_source))
+    blind = replace(seen, sensor="none", violation=None, residual=3.0)
+    assert judge.least(seen) == judge.min_probability < judge.least(blind)
+    assert judge.min_probability < blind.probability < judge.min_probability_blind
+    assert judge.objection(seen, 0.0) is None
+    assert judge.objection(blind, 0.0) == "probability below the threshold"
+
+
 def test_an_alternative_as_probable_makes_it_ambiguous():
     pose = overlap().T_target_source
     weak, strong = turned(90, pose), turned(0, pose)

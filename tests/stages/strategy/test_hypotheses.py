@@ -5,6 +5,7 @@ import pytest
 
 from mvreg.geometry import se3
 from mvreg.stages.strategy.best_first.agreement import (
+    APART,
     CHANCE,
     CHANCE_OF_RIVALS,
     Agreement,
@@ -41,7 +42,7 @@ def known(*told):
 
 
 def test_three_pairs_that_close_a_loop_agree():
-    found = known((0, 1, 0.5), (1, 2, 0.5), (2, 0, 0.5)).agreements()
+    found = known((0, 1, 0.6), (1, 2, 0.6), (2, 0, 0.6)).agreements()
     assert len(found) == 1 and len(found[0].bundles) == 3
     assert found[0].odds > 1
     assert len(found[0].edges) == 2
@@ -54,7 +55,7 @@ def test_three_pairs_that_close_a_loop_agree():
 def test_the_odds_are_those_of_two_wrong_pairs_that_fit_by_chance():
     p = 0.6
     (one,) = known((0, 1, p), (1, 2, p), (2, 0, p)).agreements()
-    wrong = CHANCE * (3 * (1 - p) ** 2 * p + (1 - p) ** 3)
+    wrong = CHANCE * (3 * (1 - p) ** (2 * APART) * p + (1 - p) ** (3 * APART))
     assert one.odds == pytest.approx(p**3 / wrong)
 
 
@@ -151,3 +152,18 @@ def test_what_can_slide_is_a_rival_of_what_cannot():
     (beside,) = found.add(0, 1, poses, [0.99, 0.0], 1, [0.99, 0.99])
     assert alone.probability > 0.9 and alone.chance == CHANCE
     assert beside.probability < 0.51 and beside.chance == CHANCE_OF_RIVALS
+
+
+def test_the_most_probable_pose_is_no_more_so_than_the_judge_is_confident():
+    found = Hypotheses(PartialModels(VIEWS))
+    (sure,) = found.add(0, 1, [true(0, 1)], [0.9], confidence=0.9)
+    assert sure.probability == pytest.approx(0.9) and sure.chance == CHANCE
+    (doubted,) = found.add(0, 1, [true(0, 1)], [0.9], confidence=0.7)
+    assert doubted.probability == pytest.approx(0.7) and doubted.chance == CHANCE_OF_RIVALS
+
+
+def test_a_loop_of_halls_that_look_alike_is_not_certain():
+    (one,) = known((0, 1, 0.82), (1, 2, 0.94), (2, 0, 0.8)).agreements()
+    assert one.odds < 0.95 / 0.05
+    (one,) = known((0, 1, 0.9), (1, 2, 0.92), (2, 0, 0.9)).agreements()
+    assert one.odds > 0.95 / 0.05

@@ -12,9 +12,13 @@ from mvreg.evidence.calibration import LOOP_CHANCE
 from mvreg.types import Array
 
 #: The probability that a wrong pose agrees with what the other pairs of a loop say; and of one that
-#: has a rival at least half as probable, as slides along a corridor have, or that is between the
+#: has rivals a fifth as probable or more, as slides along a corridor have, or that is between the
 #: same groups as another one: those agree more often.
-CHANCE, CHANCE_OF_RIVALS, RIVAL = LOOP_CHANCE, 0.5, 0.5
+CHANCE, CHANCE_OF_RIVALS, RIVAL = LOOP_CHANCE, 0.5, 0.2
+#: The exponent of the probability that pairs of a loop of three groups are wrong: 1 if they are
+#: wrong independently, a half if together. What looks like one end of a hall to a scan of the other
+#: looks so to the scan beside it, too.
+APART = 0.7
 #: Pairs between two groups, the best two of them, must be as probable by themselves. In offices,
 #: whose rooms are nearly symmetric, wrong pairs that agree have 0.35 at most.
 LEAST_LIKELY = 0.5
@@ -80,11 +84,11 @@ class Bundle:
     def wrong(self) -> float:
         """That they are wrong, and agree by chance if there are two.
 
-        They are wrong together: what looks like one end of a hall to a scan of the other looks so
-        to the scan beside it.
+        They are wrong together, hence the geometric mean: what looks like one end of a hall to a
+        scan of the other looks so to the scan beside it.
         """
-        wrong = 1 - self.counted[0].probability
-        return float(wrong * (CHANCE_OF_RIVALS if len(self.counted) > 1 else 1.0))
+        wrong = [1 - one.probability for one in self.counted]
+        return float(np.prod(wrong) ** (1 / len(wrong)) * CHANCE_OF_RIVALS ** (len(wrong) - 1))
 
     @property
     def chance(self) -> float:
@@ -120,8 +124,11 @@ class Agreement:
             return self.bundles[0].wrong
         wrong = [bundle.wrong for bundle in self.bundles]
         right = [bundle.right for bundle in self.bundles]
-        two = sum(wrong[a] * wrong[b] * right[3 - a - b] for a, b in combinations(range(3), 2))
-        return max(one.chance for one in self.bundles) * (two + float(np.prod(wrong)))
+        two = sum(
+            (wrong[a] * wrong[b]) ** APART * right[3 - a - b] for a, b in combinations(range(3), 2)
+        )
+        chance = max(one.chance for one in self.bundles)
+        return float(chance * (two + np.prod(wrong) ** APART))
 
     @property
     def edges(self) -> list[Hypothesis]:

@@ -112,7 +112,7 @@ class Growth:
         if found.joint is None:
             kept = self.hypotheses.add(
                 source, targets[0], list(found.poses), found.probabilities.tolist(), own,
-                found.plausibilities.tolist(),
+                found.plausibilities.tolist(), self.pairs[own].verdict.confidence,
             )  # fmt: skip
             if kept:
                 best = max(kept, key=lambda one: one.probability)

@@ -74,20 +74,28 @@ class Hypotheses:
         probabilities: Sequence[float],
         attempt: int = 0,
         plausibilities: Sequence[float] | None = None,
+        confidence: float | None = None,
     ) -> list[Hypothesis]:
         """Keep the poses of one attempt, of which one at most is right, as far as probable.
 
         Those that can slide are not probable, but rivals of the others: by their `plausibilities`.
+        The most probable is no more so than with the judge's `confidence`, who asks for rivals
+        that its symmetries make.
         """
-        kept = []
+        kept, best, judged = [], -1, 0.0
         odds, rivals = (
             np.array([p / max(1 - p, LEAST_DOUBT) for p in each])
             for each in (probabilities, probabilities if plausibilities is None else plausibilities)
         )
         shares = np.minimum(odds / (1 + rivals.sum()), MOST_PROBABILITY)
+        if confidence is not None and len(shares):
+            best = int(np.argmax(probabilities))
+            shares[best] = min(shares[best], confidence)
+            judged = odds[best] / max(confidence, LEAST_DOUBT) - 1 - odds[best]
         for k, (pose, share) in enumerate(zip(poses, shares, strict=True)):
             if share >= LEAST_PROBABILITY:
-                rival = np.delete(rivals, k).max(initial=0.0) >= RIVAL * odds[k]
+                most = max(np.delete(rivals, k).sum(), judged if k == best else 0.0)
+                rival = most >= RIVAL * odds[k]
                 chance = CHANCE_OF_RIVALS if rival else CHANCE
                 kept.append(Hypothesis(source, target, pose, float(share), attempt, chance))
         self.known += kept

@@ -54,7 +54,7 @@ def looked_at_again(
     Returns
     -------
     found : list of Registration
-        That of the attempt first; then others, and those that a symmetry of the most probable of
+        That of the attempt first; then others, and those that a symmetry of the most plausible of
         them allows. They differ.
     probabilities : list of float
     plausibilities : list of float
@@ -71,8 +71,9 @@ def looked_at_again(
     order = [k for k in np.argsort(-first, kind="stable")[:MOST] if first[k] >= LEAST_PROBABILITY]
     found = [registration, *(refine(source, target, others[k]) for k in order)]
     said = [weighed(judge, source, target, one.T_target_source) for one in found]
-    best = int(np.argmax([one.probability for one in said]))
-    if said[best].probability >= LEAST_PROBABILITY:
+    # What slid along a facade or a corridor leads to the right pose, which does not slide.
+    best = int(np.argmax([one.plausibility for one in said]))
+    if said[best].plausibility >= LEAST_PROBABILITY:
         alike = symmetry_hypotheses(found[best], source, target, refine)
         found += [replace(found[best], T_target_source=pose) for pose in alike]
         said += [weighed(judge, source, target, pose) for pose in alike]
