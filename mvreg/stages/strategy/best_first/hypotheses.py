@@ -38,6 +38,20 @@ def compared(view: View) -> Array:
     return view.points[:: -(-len(view.points) // COMPARED) or 1]
 
 
+def shares(probabilities: Sequence[float], plausibilities: Sequence[float]) -> Array:
+    """The probability (C,) of each of the poses of a pair, of which one at most is right.
+
+    Those that can slide are not probable, but rivals of the others: by their `plausibilities`.
+    """
+    odds, rivals = (_odds(each) for each in (probabilities, plausibilities))
+    found: Array = odds / (1 + rivals.sum())
+    return found
+
+
+def _odds(probabilities: Sequence[float]) -> Array:
+    return np.array([p / max(1 - p, LEAST_DOUBT) for p in probabilities])
+
+
 def distinct(view: View, poses: Sequence[Array] | Array) -> list[int]:
     """Positions of the poses (4, 4) of a view that differ, the first of each."""
     motions = np.asarray(poses).reshape(-1, 4, 4)
@@ -75,17 +89,12 @@ class Hypotheses:
         attempt: int = 0,
         plausibilities: Sequence[float] | None = None,
     ) -> list[Hypothesis]:
-        """Keep the poses of one attempt, of which one at most is right, as far as probable.
-
-        Those that can slide are not probable, but rivals of the others: by their `plausibilities`.
-        """
+        """Keep the poses of one attempt, as far as they are probable; see `shares`."""
         kept = []
-        odds, rivals = (
-            np.array([p / max(1 - p, LEAST_DOUBT) for p in each])
-            for each in (probabilities, probabilities if plausibilities is None else plausibilities)
-        )
-        shares = np.minimum(odds / (1 + rivals.sum()), MOST_PROBABILITY)
-        for k, (pose, share) in enumerate(zip(poses, shares, strict=True)):
+        others = probabilities if plausibilities is None else plausibilities
+        odds, rivals = _odds(probabilities), _odds(others)
+        found = np.minimum(shares(probabilities, others), MOST_PROBABILITY)
+        for k, (pose, share) in enumerate(zip(poses, found, strict=True)):
             if share >= LEAST_PROBABILITY:
                 rival = np.delete(rivals, k).max(initial=0.0) >= RIVAL * odds[k]
                 chance = CHANCE_OF_RIVALS if rival else CHANCE
