@@ -11,6 +11,7 @@ from mvreg.evaluation.pose_errors import consistency, result_errors
 from mvreg.evaluation.survey import loop_closures, survey_links
 from mvreg.report.input_rows import input_row
 from mvreg.report.json_file import SCHEMA, to_plain
+from mvreg.report.pair_rows import pair_rows
 from mvreg.report.provenance import provenance
 from mvreg.report.rows import (
     component_rows,
@@ -19,7 +20,6 @@ from mvreg.report.rows import (
     grade_row,
     link_rows,
     loop_rows,
-    pair_rows,
     scan_row,
 )
 from mvreg.surface.largest_range import remark_on_largest_range

@@ -17,13 +17,10 @@ from mvreg.evaluation.records import Assessment, LinkAssessment, ScanAssessment,
 from mvreg.evaluation.survey import LinkSurvey, LoopClosure
 from mvreg.geometry import se3
 from mvreg.report.deciding_pair import component_of, deciding_pair, joining_pair, reason_of
+from mvreg.report.pair_rows import AMBIGUOUS, told_answers
 from mvreg.types import Array, Link, Pair, Result, View
 
 Row = dict[str, object]
-#: What a judge's reason begins with where several poses fit, or none is held.
-AMBIGUOUS = "ambiguous"
-#: Significant digits of evidence: more are noise, and would double the size of a report.
-DIGITS = 6
 
 
 def scan_row(
@@ -44,6 +41,7 @@ def scan_row(
         "trimmed_rmse": math.sqrt(mse) if mse is not None else None,
         "reason": reason_of(pair, placed=number is not None),
         "pair_confidence": pair.verdict.confidence if pair else None,
+        "answers": told_answers(pair, placed=number is not None),
         "assessment": assessment_row(found) if found else None,
         "errors": error_row(error) if error else None,
     }
@@ -154,24 +152,6 @@ def loop_rows(loops: Mapping[int, Sequence[LoopClosure]]) -> list[Row]:
     ]  # fmt: skip
 
 
-def pair_rows(pairs: Sequence[Pair]) -> list[Row]:
-    """Every attempt, and what its verdict rests on."""
-    return [
-        {
-            "source": pair.source,
-            "target": pair.target,
-            "verdict": "accepted" if pair.verdict.reliable else "rejected",
-            "reason": pair.verdict.reason,
-            "confidence": pair.verdict.confidence,
-            "T_target_source": pair.T_target_source,
-            "evidence": {
-                name: float(f"{value:.{DIGITS}g}") for name, value in pair.verdict.evidence.items()
-            },
-        }
-        for pair in pairs
-    ]
-
-
 def component_rows(
     result: Result, views: Sequence[View], errors: Sequence[PoseErrors | None]
 ) -> list[Row]:
@@ -190,6 +170,7 @@ def component_rows(
             "attempts": attempts,
             "reason": reason_of(pair, placed=False),
             "pair_confidence": pair.verdict.confidence if pair else None,
+            "answers": told_answers(pair, placed=False),
             "errors": errors_row(error),
             "consistency": consistency_row(consistency(poses, views)),
         })  # fmt: skip

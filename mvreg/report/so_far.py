@@ -9,8 +9,9 @@ from mvreg.evaluation.records import Assessment
 from mvreg.report.deciding_pair import component_of
 from mvreg.report.input_rows import input_row
 from mvreg.report.json_file import SCHEMA, to_plain
+from mvreg.report.pair_rows import pair_rows
 from mvreg.report.provenance import provenance
-from mvreg.report.rows import Row, pair_rows, scan_row
+from mvreg.report.rows import Row, scan_row
 from mvreg.types import Result, ScanSet, View
 
 #: What is known of a link at the end only.

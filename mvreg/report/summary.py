@@ -142,10 +142,29 @@ def _left_over(report: Report) -> list[str]:
     lines = []
     for part in report.get("components") or []:
         lines.append(f"component {part['number']} was not joined to the first: {_tried(part)}")
+        lines += _answers(part, report)
     for row in report.get("scans", []):
         if row.get("status") in ("not placed", "ambiguous"):
             lines.append(f"{row.get('name')} was not placed: {_tried(row)}")
+            lines += _answers(row, report)
     return lines
+
+
+def _answers(found: Report, report: Report) -> list[str]:
+    """The poses that are about as probable as each other, with what each is given."""
+    told = found.get("answers")
+    if not told:
+        return []
+    first, *others = told["poses"]
+    said = [
+        f"{confidence(one['confidence'])} for {number(one['angle_deg'], '.1f')} deg and "
+        f"{length(one['apart'], report)} {unit(report)} (RMS) from there"
+        for one in others
+    ]
+    return [
+        f"  {count(len(told['poses']), 'pose')} of {told['source']} on {told['target']} are left: "
+        f"confidence {confidence(first['confidence'])}; {'; '.join(said)}"
+    ]
 
 
 def _tried(found: Report) -> str:

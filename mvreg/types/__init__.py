@@ -11,7 +11,7 @@ from mvreg.types.given import Scans
 from mvreg.types.inputs import Finding, Input
 from mvreg.types.pointlike import PointLike
 from mvreg.types.records import Candidates, Matches, Registration, Verdict
-from mvreg.types.results import Link, Pair, Result
+from mvreg.types.results import Answer, Link, Pair, Result
 from mvreg.types.scan import Scan, ScanSet
 from mvreg.types.scatter import Pattern, PoseScatter
 from mvreg.types.view import (
@@ -27,6 +27,7 @@ from mvreg.types.view import (
 from mvreg.types.view_graph import Edge, Loop, ViewGraph
 
 __all__ = [
+    "Answer",
     "Array",
     "Candidates",
     "Edge",

@@ -17,11 +17,33 @@ from mvreg.types.view import Model, View
 
 
 @dataclass(frozen=True, eq=False)
+class Answer:
+    """One of several poses of a pair of scans that may be the right one.
+
+    `confidence` is the probability that it is; `apart` is how far it has the points of the source
+    from where the first of the answers has them (root mean square, length).
+    """
+
+    T_target_source: Array
+    confidence: float
+    apart: float = 0.0
+
+    def __post_init__(self) -> None:
+        checks.number("Answer.confidence", self.confidence, 0.0, 1.0)
+        checks.length("Answer.apart", self.apart)
+        checks.keep(
+            self, T_target_source=checks.pose("Answer.T_target_source", self.T_target_source)
+        )
+
+
+@dataclass(frozen=True, eq=False)
 class Pair:
     """The record of one attempted pair-wise registration; a row of ``pairs.csv``.
 
     `T_target_source`, `overlap` and `trimmed_mse` are None where there was no candidate;
-    `seconds` maps a stage's kind to the time that it took.
+    `seconds` maps a stage's kind to the time that it took. `answers` are the poses that may be
+    right, the most probable first, where there are several; empty where there are not, or where a
+    strategy does not tell.
     """
 
     source: str
@@ -31,6 +53,7 @@ class Pair:
     overlap: float | None = None
     trimmed_mse: float | None = None
     seconds: Mapping[str, float] = field(default_factory=dict)
+    answers: tuple[Answer, ...] = ()
 
     def __post_init__(self) -> None:
         checks.text("Pair.source", self.source)
@@ -43,6 +66,8 @@ class Pair:
             checks.number("Pair.overlap", self.overlap, 0.0, 1.0)
         if self.trimmed_mse is not None:
             checks.length("Pair.trimmed_mse", self.trimmed_mse)
+        for answer in self.answers:
+            checks.instance("Pair.answers", answer, Answer)
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,6 +26,7 @@ from mvreg.report.page.render import render_page
 from mvreg.report.page.scenes import hypotheses, upright
 from mvreg.report.page.sections import Section, sections
 from mvreg.report.page.shown import NONE, Shown, packed
+from mvreg.report.summary import totals
 from mvreg.types import Scan
 
 
@@ -155,6 +156,32 @@ def test_a_pair_tried_again_is_shown_once_by_its_best_attempt():
         frozenset("ad"), frozenset("ab"), frozenset("ac"),
     ]  # fmt: skip
     assert [pair["tries"] for pair in best] == [1, 3, 1]  # those that found a pose
+
+
+def test_every_answer_of_an_ambiguous_scan_can_be_looked_at(mixed):
+    scans, report, result = mixed
+    lost, other = result.unregistered[0], result.reference
+    turned = np.diag([-1.0, -1.0, 1.0, 1.0]).tolist()
+    answers = [
+        {"confidence": share, "angle_deg": angle, "apart": angle / 10, "T_target_source": pose}
+        for share, angle, pose in ((0.51, 0.0, np.eye(4).tolist()), (0.48, 180.0, turned))
+    ]
+    pair = attempt(lost, other, 0.9, reason="ambiguous: two", answers=answers, evidence={})
+    told = {"source": lost, "target": other, "poses": answers}
+    ambiguous = {"status": "ambiguous", "answers": told}
+    rows = [row | ambiguous if row["name"] == lost else row for row in report["scans"]]
+    symmetric = report | {"pairs": [pair], "scans": rows}
+    data = page_of(scans, symmetric, result)
+    (one,) = [each for each in data.lost if each["name"] == lost]
+    assert [each["confidence"] for each in one["attempts"]] == [0.51, 0.48]
+    shown = [data.scenes[each["scene"]] for each in one["attempts"]]
+    assert shown[1]["title"] == f"{lost} on {other}, answer 2 of 2"
+    np.testing.assert_array_equal(np.reshape(shown[1]["items"][1]["pose"], (4, 4)), turned)
+    page = Page(render_page(data))
+    assert page.text.count("answer 1 of 2") == 2, "in the list of scenes, and as a button"
+    assert page.text.count(f"{lost} on {other}: ambiguous: two") == 1
+    lines = "\n".join(str(line) for line in totals(symmetric))
+    assert f"2 poses of {lost} on {other} are left: confidence 0.51; 0.48 for 180.0 deg" in lines
 
 
 def test_refused_pairs_are_listed_and_drawn_once(mixed):

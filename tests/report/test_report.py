@@ -194,6 +194,11 @@ def test_rows_say_where_each_scan_stands():
     }  # fmt: skip
     assert [row["component"] for row in rows.values()] == [1, 1, 2, 2, None, None]
     assert rows["s"]["reason"] == "ambiguous: another pose is as probable"
+    told = rows["s"]["answers"]
+    assert (told["source"], told["target"]) == ("s.ply", "a.ply")
+    assert [(one["confidence"], one["apart"]) for one in told["poses"]] == [(0.5, 0.0), (0.4, 7.0)]
+    assert told["poses"][1]["angle_deg"] == pytest.approx(180)
+    assert [row["answers"] for row in rows.values()].count(None) == 5
     assert rows["x"]["reason"] == "accepted at first, then withdrawn"
     assert rows["e"]["reason"] == "surfaces agree", "not the attempt to leave its partial model"
     assert rows["d"]["reason"] is None
@@ -231,7 +236,7 @@ def test_links_and_pairs_have_their_confidence():
     assert found["pairs"][2] == {
         "source": "e.ply", "target": "a.ply", "verdict": "rejected",
         "reason": "too little overlap", "confidence": 0.4,
-        "T_target_source": np.eye(4).tolist(),
+        "T_target_source": np.eye(4).tolist(), "answers": [],
         "evidence": {"surface_overlap": 0.333333, "residual": 2.0},
     }  # fmt: skip
     assert [pair["confidence"] for pair in report()["pairs"]] == [None] * 3

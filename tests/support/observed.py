@@ -1,5 +1,6 @@
 """A small run made by hand, for the tests of what observes runs."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ from mvreg import events
 from mvreg.geometry import se3
 from mvreg.report.build import build_report
 from mvreg.types import (
+    Answer,
     Array,
     Candidates,
     Features,
@@ -148,11 +150,14 @@ def apart(truth: bool = True) -> list[events.Event]:
     views = [view_of(scan) for scan in scans]
     first = {name: poses[name] for name in names[:2]}
     second = {name: poses[name] for name in names[2:4]}
+    turned = np.diag([-1.0, -1.0, 1.0, 1.0])
+    symmetric = attempt("s.ply", "a.ply", False, "ambiguous: another pose is as probable", 0.8)
+    answers = Answer(np.eye(4), 0.5), Answer(turned, 0.4, 7.0)
     pairs = (
         attempt("b.ply", "a.ply", True, "surfaces agree", 0.98),
         attempt("e.ply", "d.ply", True, "surfaces agree", 0.97),
         attempt("e.ply", "a.ply", False, "too little overlap", 0.4),
-        attempt("s.ply", "a.ply", False, "ambiguous: another pose is as probable", 0.8),
+        replace(symmetric, answers=answers),
         attempt("x.ply", "d.ply", True, "surfaces agree", 0.91),
     )
     links = (Link("a.ply", "b.ply", 300, 0.3), Link("b.ply", "a.ply", 100, 0.1))

@@ -71,15 +71,35 @@ def _title(number: int, poses: Mapping[str, Array]) -> str:
 
 
 def hypotheses(name: str, report: Mapping[str, Any]) -> list[Row]:
-    """The best attempts at a scan that found a pose, of each other scan one, the best first."""
-    return most_telling(
+    """The best attempts at a scan that found a pose, of each other scan one, the best first.
+
+    One that leaves several answers is there with each of them, as `answer` of so many, `answers`.
+    """
+    best = most_telling(
         pair for pair in report.get("pairs") or []
         if name in (pair["source"], pair["target"]) and pair.get("T_target_source")
     )[:HYPOTHESES]  # fmt: skip
+    return [each for pair in best for each in _answered(pair)]
+
+
+def _answered(pair: Row) -> list[Row]:
+    """An attempt, or each of the answers that it leaves."""
+    answers = pair.get("answers") or []
+    if not answers:
+        return [pair | {"answer": 1, "answers": 1}]
+    return [
+        pair | {
+            "answer": number, "answers": len(answers), "confidence": one["confidence"],
+            "T_target_source": one["T_target_source"],
+        }
+        for number, one in enumerate(answers, start=1)
+    ]  # fmt: skip
 
 
 def _hypothesis(pair: Row) -> Row:
     word = "withdrawn" if pair["verdict"] == "accepted" else "refused"
+    if pair["answers"] > 1:
+        word = f"answer {pair['answer']} of {pair['answers']}"
     return {
         "title": f"{pair['source']} on {pair['target']}, {word}",
         "items": [

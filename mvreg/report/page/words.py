@@ -68,7 +68,7 @@ def next_steps(report: Report) -> list[str]:
         steps.append(
             f"Several poses of {_listed(ambiguous)} fit as well as each other. Scans with "
             "something in them that is not symmetric, known sensors (dataset.sensor) or a known "
-            "vertical (dataset.upright=true) tell them apart."
+            "vertical (dataset.upright=true) may tell them apart. Look at each answer below."
         )
     apart = [row for row in rows if row.get("status") == "not placed"]
     lost = [str(row["name"]) for row in apart if row.get("attempts") or row.get("reason")]

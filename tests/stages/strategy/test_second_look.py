@@ -3,11 +3,13 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from mvreg.geometry import se3
 from mvreg.run import load_method
-from mvreg.stages.strategy.best_first.second_look import looked_at_again, weighed
+from mvreg.stages.strategy.best_first.second_look import looked_at_again, weighed, with_answers
 from mvreg.testing import blob_scans, blob_views
+from mvreg.types import Pair, Verdict
 
 VIEWS = blob_views(3)
 PIPELINE = load_method("auto").pipeline
@@ -55,3 +57,20 @@ def test_what_contradicts_the_surfaces_is_not_refined():
     wrongs = [se3.exp(np.array([0, k, 0.5, 0, 0, 0])) @ true() for k in (1.0, 2.0, 3.0)]
     found, likely = look(attempt(*wrongs))
     assert len(found) == 1 and likely[0] < 0.5
+
+
+def test_a_refused_attempt_tells_the_poses_that_it_leaves():
+    one, other, third = (
+        replace(attempt(true()), T_target_source=pose)
+        for pose in (true(), se3.exp(np.array([np.pi, 0, 0, 0, 0, 0])) @ true(), np.eye(4))
+    )
+    pair = Pair("b", "a", Verdict(False, 0.5, 0.05, "ambiguous: another pose is as probable"))
+    told = with_answers(pair, VIEWS[1], [other, one, third], [0.98, 0.99, 0.02], [0.98, 0.99, 0.02])
+    first, second = told.answers
+    np.testing.assert_array_equal(first.T_target_source, one.T_target_source)
+    assert (first.apart, first.confidence) == (0.0, pytest.approx(99 / 149.02, abs=1e-3))
+    assert second.confidence == pytest.approx(49 / 149.02, abs=1e-3)
+    assert second.apart > VIEWS[1].scale.spacing
+    assert with_answers(pair, VIEWS[1], [one, third], [0.98, 0.02], [0.98, 0.02]) is pair
+    sure = replace(pair, verdict=replace(pair.verdict, reliable=True))
+    assert with_answers(sure, VIEWS[1], [one, other], [0.9, 0.9], [0.9, 0.9]) is sure

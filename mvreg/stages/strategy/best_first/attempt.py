@@ -22,7 +22,7 @@ from mvreg.stages.strategy.best_first.joint_verdict import (
 )
 from mvreg.stages.strategy.best_first.loop_closure import doubtful
 from mvreg.stages.strategy.best_first.partial_models import PartialModels
-from mvreg.stages.strategy.best_first.second_look import looked_at_again
+from mvreg.stages.strategy.best_first.second_look import looked_at_again, with_answers
 from mvreg.types import (
     Array,
     Candidates,
@@ -148,6 +148,7 @@ class Work:
         if registration is not None and not pair.verdict.reliable:
             found, likely, plausible = looked_at_again(self.pipeline, registration, source, target)
             registration = self.chosen(found, likely, own, source, target, checks)
+            self.pairs[own] = with_answers(self.pairs[own], source, found, likely, plausible)
             poses = np.array([one.T_target_source for one in found])
             said = np.column_stack([likely, plausible])
         joint = None if registration is None else Edge.of(registration, source, target)

@@ -38,6 +38,20 @@ def compared(view: View) -> Array:
     return view.points[:: -(-len(view.points) // COMPARED) or 1]
 
 
+def shares(probabilities: Sequence[float], plausibilities: Sequence[float]) -> Array:
+    """The probability (C,) of each of the poses of a pair, of which one at most is right.
+
+    Those that can slide are not probable, but rivals of the others: by their `plausibilities`.
+    """
+    odds, rivals = (_odds(each) for each in (probabilities, plausibilities))
+    found: Array = odds / (1 + rivals.sum())
+    return found
+
+
+def _odds(probabilities: Sequence[float]) -> Array:
+    return np.array([p / max(1 - p, LEAST_DOUBT) for p in probabilities])
+
+
 def distinct(view: View, poses: Sequence[Array] | Array) -> list[int]:
     """Positions of the poses (4, 4) of a view that differ, the first of each."""
     motions = np.asarray(poses).reshape(-1, 4, 4)
@@ -76,23 +90,20 @@ class Hypotheses:
         plausibilities: Sequence[float] | None = None,
         confidence: float | None = None,
     ) -> list[Hypothesis]:
-        """Keep the poses of one attempt, of which one at most is right, as far as probable.
+        """Keep the poses of one attempt, as far as they are probable; see `shares`.
 
-        Those that can slide are not probable, but rivals of the others: by their `plausibilities`.
         The most probable is no more so than with the judge's `confidence`, who asks for rivals
         that its symmetries make.
         """
         kept, best, judged = [], -1, 0.0
-        odds, rivals = (
-            np.array([p / max(1 - p, LEAST_DOUBT) for p in each])
-            for each in (probabilities, probabilities if plausibilities is None else plausibilities)
-        )
-        shares = np.minimum(odds / (1 + rivals.sum()), MOST_PROBABILITY)
-        if confidence is not None and len(shares):
+        others = probabilities if plausibilities is None else plausibilities
+        odds, rivals = _odds(probabilities), _odds(others)
+        found = np.minimum(shares(probabilities, others), MOST_PROBABILITY)
+        if confidence is not None and len(found):
             best = int(np.argmax(probabilities))
-            shares[best] = min(shares[best], confidence)
+            found[best] = min(found[best], confidence)
             judged = odds[best] / max(confidence, LEAST_DOUBT) - 1 - odds[best]
-        for k, (pose, share) in enumerate(zip(poses, shares, strict=True)):
+        for k, (pose, share) in enumerate(zip(poses, found, strict=True)):
             if share >= LEAST_PROBABILITY:
                 most = max(np.delete(rivals, k).sum(), judged if k == best else 0.0)
                 rival = most >= RIVAL * odds[k]

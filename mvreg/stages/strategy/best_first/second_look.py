@@ -6,6 +6,7 @@ collapsed pose lets more points meet. Free space and normals tell such a pose fr
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,11 +14,12 @@ import numpy as np
 from mvreg.contracts import Judge, Pipeline
 from mvreg.evidence.pairing import on_few_points, view_pairs
 from mvreg.parallel import in_threads
-from mvreg.stages.strategy.best_first.hypotheses import LEAST_PROBABILITY, distinct
+from mvreg.stages.strategy.best_first.hypotheses import LEAST_PROBABILITY, distinct, shares
 from mvreg.stages.strategy.best_first.joint_verdict import Together, together
 from mvreg.stages.strategy.best_first.other_side import other_side
 from mvreg.stages.strategy.best_first.symmetry import symmetry_hypotheses
-from mvreg.types import Array, Registration, View
+from mvreg.surface.displacement import rms_apart
+from mvreg.types import Answer, Array, Pair, Registration, View
 
 #: So many alternatives, the most probable ones on few points, are refined on all of them.
 MOST = 3
@@ -37,6 +39,26 @@ def rough_probability(judge: Judge, source: View, target: View, T_target_source:
         if found < HOPELESS:
             break
     return found
+
+
+def with_answers(
+    pair: Pair,
+    source: View,
+    found: Sequence[Registration],
+    probabilities: Sequence[float],
+    plausibilities: Sequence[float],
+) -> Pair:
+    """The record of a refused attempt with the poses that may be right, if there are several."""
+    said = shares(probabilities, plausibilities)
+    order = [int(k) for k in np.argsort(-said, kind="stable") if said[k] >= LEAST_PROBABILITY]
+    if pair.verdict.reliable or len(order) < 2:
+        return pair
+    poses = [found[k].T_target_source for k in order]
+    answers = tuple(
+        Answer(pose, min(float(said[k]), 1.0), rms_apart(source.points, pose, poses[0]))
+        for k, pose in zip(order, poses, strict=True)
+    )
+    return replace(pair, answers=answers)
 
 
 def looked_at_again(
