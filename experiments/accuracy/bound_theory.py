@@ -16,7 +16,9 @@ from mvreg.stages.adjust.joint.correspondences import (
     contacts,
     touching,
 )
-from mvreg.stages.adjust.joint.normal_equations import Frame, System, rows
+from mvreg.stages.adjust.joint.frame import Frame
+from mvreg.stages.adjust.joint.normal_equations import System
+from mvreg.stages.adjust.joint.rows import rows
 from mvreg.stages.adjust.joint.surface import Surface, surfaces
 from mvreg.stages.adjust.joint.weighting import Pooled
 from mvreg.types import Array, Scan, View
