@@ -131,7 +131,7 @@ def contacts(
     Samples find the nearest patch; it must be whole, their cells usable, and the normals agree. The
     ways come in the order of `pairs`.
     """
-    patches = [surface.patches for surface in surfaces]  # built once, before the threads ask
+    patches = [surface.patches for surface in surfaces]
     oriented = np.array([surface.oriented for surface in surfaces])
     ways = np.array([way for i, j in pairs for way in ((i, j), (j, i))], np.intp).reshape(-1, 2)
 

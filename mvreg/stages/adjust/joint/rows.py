@@ -100,7 +100,7 @@ def _filling(
     surfaces: Sequence[Surface], motions: Array, frame: Frame, flat: bool
 ) -> Callable[[Rows], None]:
     """What fills rows."""
-    patches = [surface.patches for surface in surfaces]  # built once, before threads ask
+    patches = [surface.patches for surface in surfaces]
 
     def fill(tile: Rows) -> None:
         some = tile.contacts

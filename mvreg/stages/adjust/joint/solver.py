@@ -171,7 +171,7 @@ class Solver:
         flat: bool, width: float,
     ) -> System:  # fmt: skip
         """The normal equations, summed up tile by tile: no row of them is kept."""
-        patches = [surface.patches for surface in self.surfaces]  # built once, before the threads
+        patches = [surface.patches for surface in self.surfaces]
         sums = found.in_tiles(
             lambda tile: summed(patches, motions, tile, trust, frame, flat, width)
         )
