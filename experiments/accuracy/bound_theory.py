@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from mvreg.geometry import se3
+from mvreg.kernels.patches import Patches
 from mvreg.stages.adjust.joint.block_matrix import dense
 from mvreg.stages.adjust.joint.correspondences import (
     FLAT_LEAST_COSINE,
@@ -16,7 +17,9 @@ from mvreg.stages.adjust.joint.correspondences import (
     contacts,
     touching,
 )
-from mvreg.stages.adjust.joint.normal_equations import Frame, System, rows
+from mvreg.stages.adjust.joint.frame import Frame
+from mvreg.stages.adjust.joint.normal_equations import System
+from mvreg.stages.adjust.joint.rows import rows
 from mvreg.stages.adjust.joint.surface import Surface, surfaces
 from mvreg.stages.adjust.joint.weighting import Pooled
 from mvreg.types import Array, Scan, View
@@ -56,9 +59,7 @@ def bound(
     growth : callable
         How many times as large it is at ranges (S,).
     """
-    found = surfaces(views)
-    every = [np.ones(len(surface.points), dtype=bool) for surface in found]
-    shapes = [replace(s, whole=all_, usable=all_) for s, all_ in zip(found, every, strict=True)]
+    shapes = [serving(surface) for surface in surfaces(views)]
     motions = np.stack([truth[view.name] for view in views])
     gate = Gate(NEAR * views[0].scale.resolution, least_cosine=FLAT_LEAST_COSINE)
     met = contacts(shapes, motions, touching(shapes, motions, gate.reach), gate)
@@ -73,6 +74,16 @@ def bound(
     blocks = [inverse[k : k + 6, k : k + 6] for k in range(0, len(inverse), 6)]
     change = frame.twists
     return {views[k].name: change @ block @ change.T for k, block in zip(free, blocks, strict=True)}
+
+
+def serving(surface: Surface) -> Surface:
+    """The surface with all of its patches and cells in use, those at rims as well."""
+    points, axes, slopes, bends, normals, reach, _, _, means, seconds = surface.patches.arrays()
+    every = np.ones(len(surface.points), dtype=bool)
+    patches = Patches(
+        surface.tree, points, axes, slopes, bends, normals, reach, every, every, means, seconds
+    )
+    return replace(surface, whole=every, patches=patches)
 
 
 def precision(

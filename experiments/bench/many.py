@@ -2,6 +2,7 @@
 
     python -m experiments.bench.many
     python -m experiments.bench.many column-300 column-300-dask2 --folder runs/bench/many
+    python -m experiments.bench.many --within 580    # again and again, until all are measured
 
 A column is scanned by a sensor that climbs around it: a scan overlaps a few others. Around the
 figurine each scan meets most others. Every case is a process of its own; what is measured is kept
@@ -45,12 +46,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("cases", nargs="*", default=CASES)
     parser.add_argument("--folder", type=Path, default=Path("runs/bench/many"))
+    parser.add_argument("--limit", type=float, help="seconds that one case may take")
+    parser.add_argument(
+        "--within", type=float, help="seconds after which no case is begun, and none goes on"
+    )
     parser.add_argument("--one", help=argparse.SUPPRESS)
     chosen = parser.parse_args()
     if chosen.one:
         print(json.dumps(measured(chosen.one)))
         return
-    print("\n".join(table(chosen.cases, chosen.folder)))
+    lines = table(chosen.cases, chosen.folder, chosen.limit, within=chosen.within)
+    print("\n".join(lines))
 
 
 def table(
@@ -58,6 +64,7 @@ def table(
     folder: Path,
     limit: float | None = None,
     say: Callable[[str], None] = lambda text: None,
+    within: float | None = None,
 ) -> list[str]:
     """What the cases have measured, now or before, as lines of Markdown.
 
@@ -71,14 +78,24 @@ def table(
         Seconds that one may take; what took longer is told, and measured again with a longer one.
     say : callable
         Is told of each.
+    within : float, optional
+        Seconds for all: the case that is under way then is ended, and those after it are not begun.
+        The same command again goes on with them.
     """
     folder.mkdir(parents=True, exist_ok=True)
+    end = None if within is None else time.monotonic() + within
     rows = []
     for case in cases:
-        one, before = row(case, folder, limit)
+        one, before = row(case, folder, least(limit, end))
         rows.append(one)
         say(f"many {case}: {'kept from before' if before else one.get('seconds', 'failed')}")
     return markdown(COLUMNS, [[str(one.get(name, "")) for name in COLUMNS] for one in rows])
+
+
+def least(limit: float | None, end: float | None) -> float | None:
+    """Seconds for a case: its own limit, or what is left until the end (s, of the clock)."""
+    left = [] if end is None else [max(0.0, end - time.monotonic())]
+    return min([*left, *([] if limit is None else [limit])], default=None)
 
 
 def row(case: str, folder: Path, limit: float | None = None) -> tuple[dict[str, Any], bool]:
@@ -87,6 +104,8 @@ def row(case: str, folder: Path, limit: float | None = None) -> tuple[dict[str, 
     if file.exists():
         found: dict[str, Any] = json.loads(file.read_text())
         return found, True
+    if limit is not None and limit <= 0:
+        return {"case": case, "seconds": "not measured yet"}, False
     command = [sys.executable, "-m", "experiments.bench.many", "--one", case]
     # A session of its own: its workers end with it.
     with subprocess.Popen(

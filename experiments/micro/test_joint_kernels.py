@@ -30,10 +30,7 @@ def pair(views: list[View]) -> list[Surface]:
 
 def plainly(surface: Surface) -> plain.Patches:
     """A surface as the reference asks for it."""
-    return plain.Patches(
-        surface.points, surface.axes, surface.slopes, surface.bends, surface.normals,
-        surface.reach, surface.whole, surface.usable, surface.means, surface.seconds,
-    )  # fmt: skip
+    return plain.Patches(*surface.patches.arrays())
 
 
 @BOTH
@@ -55,7 +52,7 @@ def test_contacts(
 @pytest.mark.benchmark(group="kernel: fit 20 patches")
 def test_fit(benchmark: Any, scan: Scan, pair: list[Surface], variant: str) -> None:
     surface, tree = pair[0], scan.tree
-    some = surface.points[:FEW], surface.axes[:FEW], COUNT, RIDGE
+    some = surface.points[:FEW], surface.patches.arrays()[1][:FEW], COUNT, RIDGE
     found = timed(
         benchmark, variant, lambda: fit.fit(tree, *some), lambda: plain_fit.fit(scan.points, *some)
     )

@@ -20,5 +20,19 @@ class Patches:
         means: Array,
         seconds: Array,
     ) -> None: ...
+    def arrays(
+        self,
+    ) -> tuple[
+        Array,
+        Array,
+        Array,
+        Array,
+        Array,
+        Array,
+        NDArray[np.bool_],
+        NDArray[np.bool_],
+        Array,
+        Array,
+    ]: ...
 
 def gaps(surface: Patches, points: Array, patches: Indices, flat: bool) -> Gaps: ...

@@ -66,6 +66,23 @@ cdef class Patches:
             memcpy(one.second, &seconds_[k, 0, 0], 9 * sizeof(double))
             one.reach, one.whole, one.usable = reach_[k], whole_[k], usable_[k]
 
+    def arrays(self):
+        """What it was made of but for the tree, in the order of the parameters; copies."""
+        cdef Py_ssize_t k
+        cdef double[:, ::1] given = np.empty((self.size, 33))
+        cdef unsigned char[:, ::1] flags = np.empty((self.size, 2), dtype=np.uint8)
+        for k in range(self.size):  # a patch begins with 33 numbers
+            memcpy(&given[k, 0], &self.patch[k], 33 * sizeof(double))
+            flags[k, 0], flags[k, 1] = self.patch[k].whole, self.patch[k].usable
+        points, axes, slopes, bends, normals, reach, means, seconds = (
+            part.copy() for part in np.split(np.asarray(given), [3, 12, 14, 17, 20, 21, 24], axis=1)
+        )
+        whole, usable = np.asarray(flags).astype(bool).T
+        return (
+            points, axes.reshape(-1, 3, 3), slopes, bends, normals, reach[:, 0], whole, usable,
+            means, seconds.reshape(-1, 3, 3),
+        )
+
 
 def gaps(Patches surface not None, points, patches, bint flat):
     """How far points are from patches, across the surface and along it.

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import time
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from experiments.bench import cluster as command
+from experiments.bench import many
 from experiments.bench.replay import (
     CLIENT,
     client_seconds,
@@ -146,3 +148,10 @@ def test_many_scans_are_measured_once(tmp_path: Path, capsys: pytest.CaptureFixt
     assert len([*(tmp_path / "many").iterdir()]) == 1
     assert bench([*words[:2], "around-nothing", *words[3:]]) == 0
     assert "failed, 1" in capsys.readouterr().out
+
+
+def test_cases_that_find_no_time_are_left_to_the_next_call(tmp_path: Path) -> None:
+    lines = many.table(["around-3", "around-4"], tmp_path, within=0.0)
+    assert "".join(lines).count("not measured yet") == 2 and not [*tmp_path.iterdir()]
+    assert many.least(5.0, None) == 5.0 and many.least(None, None) is None
+    assert many.least(1e9, time.monotonic() + 5) <= 5

@@ -57,6 +57,12 @@ def test_gaps(rng, count, flat):
         np.testing.assert_allclose(mine, other, atol=1e-12)
 
 
+def test_patches_tell_what_they_were_made_of(rng):
+    one, compiled = surface(rng, 30)
+    for mine, given in zip(compiled.arrays(), vars(one).values(), strict=True):
+        np.testing.assert_array_equal(mine, given)
+
+
 #: Ordered pairs of three surfaces; one twice, and one of a surface with itself.
 WAYS = np.array([[0, 1], [2, 0], [1, 2], [0, 1], [1, 1]])
 

@@ -11,17 +11,13 @@ from mvreg import parallel
 from mvreg.errors import InputError
 from mvreg.evaluation.pose_errors import pose_errors
 from mvreg.geometry import se3
-from mvreg.stages.adjust.joint import block_matrix, solver
+from mvreg.stages.adjust.joint import block_matrix, correspondences, solver
+from mvreg.stages.adjust.joint import rows as rows_module
 from mvreg.stages.adjust.joint.convergence import extrapolated
 from mvreg.stages.adjust.joint.correspondences import Contacts, Gate, contacts, touching
-from mvreg.stages.adjust.joint.normal_equations import (
-    MAD,
-    Frame,
-    System,
-    rows,
-    spread,
-    summed,
-)
+from mvreg.stages.adjust.joint.frame import Frame
+from mvreg.stages.adjust.joint.normal_equations import MAD, System, spread, summed
+from mvreg.stages.adjust.joint.rows import Residuals, Rows, rows
 from mvreg.stages.adjust.joint.stage import JointRefinement
 from mvreg.stages.adjust.joint.surface import surfaces
 from mvreg.stages.adjust.joint.systematic import NONE
@@ -352,6 +348,36 @@ def test_sums_over_contacts_are_those_over_rows():
     scale = frame.radius**2  # rows are in lengths
     np.testing.assert_allclose(scale * system.normal, expected.normal, rtol=1e-9, atol=1e-3)
     np.testing.assert_allclose(scale * system.gradient, expected.gradient, rtol=1e-9, atol=1e-3)
+
+
+def test_rows_made_tile_by_tile_are_the_same(monkeypatch):
+    shapes, motions = surfaces(views()), np.stack([truth()[view.name] for view in views()])
+    gate = Gate(2 * views()[0].scale.resolution)
+    found = contacts(shapes, motions, touching(shapes, motions, gate.reach), gate)
+    trust, frame = by_noise(Pooled.of(shapes), found, 1, NONE), Frame.of(shapes, motions)
+    apart = rows(shapes, motions, replace(found, weights=trust.weights(found)), frame, flat=False)
+    whole = apart.whitened(np.sqrt(trust.variances(found, apart.aside)))
+    assert isinstance(Residuals.of(shapes, motions, found, trust, frame), Rows)
+    monkeypatch.setattr(correspondences, "TILE", len(found.samples) // 40)
+    monkeypatch.setattr(rows_module, "KEPT", 0)
+    tiled = Residuals.of(shapes, motions, found, trust, frame)
+    assert len(found.parts()) > 2
+    for name in ("residuals", "unit", "weights"):
+        np.testing.assert_array_equal(getattr(tiled, name), getattr(whole, name))
+    for name in ("residuals", "jacobian", "points", "aside", "unit", "weights"):
+        parts = tiled.in_tiles(lambda tile, name=name: getattr(tile, name))
+        np.testing.assert_array_equal(np.concatenate(parts), getattr(whole, name))
+        np.testing.assert_array_equal(getattr(tiled.whole(), name), getattr(whole, name))
+
+
+def test_a_refinement_without_all_rows_at_once_is_the_same(monkeypatch):
+    whole = refine(truth())
+    monkeypatch.setattr(rows_module, "KEPT", 0)
+    tiled = refine(truth())
+    for name, pose in whole.poses.items():
+        np.testing.assert_array_equal(tiled.poses[name], pose)
+        np.testing.assert_array_equal(tiled.covariances[name], whole.covariances[name])
+    assert tiled.patterns == whole.patterns and len(tiled.links) == len(whole.links)
 
 
 def test_what_many_scans_share_counts_once():

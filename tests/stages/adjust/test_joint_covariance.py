@@ -5,7 +5,7 @@ import pytest
 
 from mvreg.geometry import se3
 from mvreg.stages.adjust.joint import covariance as covariance_module
-from mvreg.stages.adjust.joint.clusters import Clusters, in_cells
+from mvreg.stages.adjust.joint.clusters import Cells, Clusters
 from mvreg.stages.adjust.joint.correspondences import Contacts
 from mvreg.stages.adjust.joint.covariance import (
     cell_variance,
@@ -14,7 +14,9 @@ from mvreg.stages.adjust.joint.covariance import (
     pose_scatter,
     relative_covariance,
 )
-from mvreg.stages.adjust.joint.normal_equations import Frame, Rows, System, weight
+from mvreg.stages.adjust.joint.frame import Frame
+from mvreg.stages.adjust.joint.normal_equations import System, weight
+from mvreg.stages.adjust.joint.rows import Rows
 from mvreg.types import Array, PoseScatter
 
 #: The frame of the unknowns: none of its own.
@@ -115,7 +117,7 @@ def test_what_a_class_gets_wrong_is_in_the_covariance():
     for _ in range(60):
         noise = NOISE * rng.normal(size=len(groups))
         noise += np.where(groups == 0, 3 * NOISE * rng.normal(), 0.0)
-        for found, classed in ((plain, ()), (graded, (groups,))):
+        for found, classed in ((plain, ()), (graded, (lambda tile: tile.contacts.samples % 4,))):
             errors, scatter = ring(rng, noise, classed)
             blocks = covariance_blocks(scatter)
             found += [normalised(errors[k], blocks[k, k]) for k in range(3)]
@@ -139,8 +141,8 @@ def test_relative_to_what_is_held_is_what_the_pose_itself_has(rng):
 
 def test_many_poses_give_the_same_blocks_as_few(rng, monkeypatch):
     """Selected inversion against the whole inverse, and against single columns."""
-    groups = np.arange(len(RING) * EACH) % 3
-    _, scatter = ring(rng, NOISE * rng.normal(size=len(groups)), (groups,))
+    classed = (lambda tile: tile.contacts.samples % 3,)
+    _, scatter = ring(rng, NOISE * rng.normal(size=len(RING) * EACH), classed)
     few = covariance_blocks(scatter)
     monkeypatch.setattr(covariance_module, "DENSE", 0)
     many = covariance_blocks(scatter)
@@ -160,7 +162,7 @@ def test_few_cells_are_made_smaller(rng):
     unknowns = -np.linalg.lstsq(jacobian, noise, rcond=None)[0]
     found = rows([[1, 0]], jacobian, noise + jacobian @ unknowns, each_in_a_cell=0.01)
     system = System.of(found, [1], WIDE)
-    whole = Clusters.of(found, system, in_cells(found.points, 10.0), WIDE)
+    whole = Clusters.of(found, system, Cells.about(found, 10.0), WIDE)
     assert whole.count == 1 and whole.lost == pytest.approx(1)
     assert cell_variance(found, system, WIDE, 4.0) == pytest.approx(1, rel=0.6)
 

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from mvreg.kernels.normal_equations import group_sums
-from mvreg.stages.adjust.joint.normal_equations import Rows, System
+from mvreg.kernels.results import GroupSums
+from mvreg.stages.adjust.joint.normal_equations import System
+from mvreg.stages.adjust.joint.rows import Residuals, Rows
 from mvreg.types import Array, Indices
 
 #: Poses that nothing holds must not make a group's share of what holds them infinite.
 RIDGE = 1e-9
+#: Groups and poses worked on at once: products of their blocks fit into the cache of a core.
+AT_ONCE = 2**12
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,36 +46,31 @@ class Clusters:
     free: int
 
     @classmethod
-    def of(cls, found: Rows, system: System, groups: Indices, width: float) -> Clusters:
-        """Residuals with one of `groups` (M,) each, under the kernel of the `width`."""
-        weights = found.weights
-        parts = found.in_parts(
-            lambda _, ends: group_sums(
-                found.jacobian, found.residuals, weights, groups, ends, width
-            )
-        )
-        counts = np.concatenate([np.diff(part.ends) for part in parts])
-        names, numbers = np.unique(np.concatenate([p.groups for p in parts]), return_inverse=True)
-        normals = np.concatenate([part.normals for part in parts])
-        gradients = np.concatenate([part.gradients for part in parts])
-        source, target = np.repeat(system.place[found.contacts.ways], counts, axis=0).T
-        here, there = source >= 0, target >= 0
+    def of(
+        cls, found: Rows | Residuals, system: System, groups: Callable[[Rows], Indices],
+        width: float,
+    ) -> Clusters:  # fmt: skip
+        """Residuals in groups, under the kernel of the `width`.
+
+        Of some of the rows (m,) `groups` says which each of them is in (m,).
+        """
         free = len(system.gradient) // 6
-        keys = np.append(numbers[here] * free + source[here], numbers[there] * free + target[there])
-        keys, rows = np.unique(keys, return_inverse=True)
-        information, slopes = np.zeros((len(keys), 6, 6)), np.zeros((len(keys), 6))
-        np.add.at(information, rows, np.append(normals[here], normals[there], axis=0))
-        np.add.at(slopes, rows, np.append(gradients[here], -gradients[there], axis=0))
+
+        def tile_sums(tile: Rows) -> tuple[Indices, Array, Array]:
+            sums = group_sums(
+                tile.jacobian, tile.residuals, tile.weights, groups(tile), tile.contacts.ends,
+                width,
+            )  # fmt: skip
+            return _by_pose(sums, system.place[tile.contacts.ways], free)
+
+        keys, information, slopes = (
+            np.concatenate(column) for column in zip(*found.in_tiles(tile_sums), strict=True)
+        )
+        keys, information, slopes = _added(keys, information, slopes)
+        names, numbers = np.unique(keys // free, return_inverse=True)
         poses = keys % free
-        whole = np.zeros((free, 6, 6))
-        np.add.at(whole, poses, information)
-        ridge = RIDGE * np.trace(whole, axis1=1, axis2=2) / 6
-        inverse = np.linalg.inv(whole + np.where(ridge > 0, ridge, 1.0)[:, None, None] * np.eye(6))
-        share = inverse[poses] @ information
-        return cls(
-            keys // free, poses, slopes, np.einsum("eij,eji->e", share, share),
-            np.einsum("ei,eij,ej->e", slopes, inverse[poses], slopes), len(names), free,
-        )  # fmt: skip
+        shares, sizes = _shares(information, slopes, poses, free)
+        return cls(numbers, poses, slopes, shares, sizes, len(names), free)
 
     @property
     def lost(self) -> float:
@@ -89,10 +89,70 @@ class Clusters:
         return np.moveaxis(found, 0, 2)
 
 
-def in_cells(points: Array, edge: float) -> Indices:
-    """The numbers (M,) of the cubes with the `edge` that points (M, 3) are in."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    across = np.floor((high - low) / edge).astype(np.intp) + 1
-    x, y, z = np.floor((points - low) / edge).astype(np.intp).T
-    found: Indices = (x * across[1] + y) * across[2] + z
-    return found
+def _by_pose(sums: GroupSums, place: Indices, free: int) -> tuple[Indices, Array, Array]:
+    """Sums of ways between poses `place` (W, 2), as sums of each pose and group: see `_added`.
+
+    A negative place is that of a pose that is held.
+    """
+    source, target = np.repeat(place, np.diff(sums.ends), axis=0).T
+    here, there = source >= 0, target >= 0
+    return _added(
+        np.append(
+            free * sums.groups[here] + source[here], free * sums.groups[there] + target[there]
+        ),
+        np.append(sums.normals[here], sums.normals[there], axis=0),
+        np.append(sums.gradients[here], -sums.gradients[there], axis=0),
+    )
+
+
+def _added(keys: Indices, normals: Array, slopes: Array) -> tuple[Indices, Array, Array]:
+    """What has the same key (K,) added up: keys ascending, and sums (E, 6, 6) and (E, 6)."""
+    order = np.argsort(keys, kind="stable")
+    keys = keys[order]
+    first = np.flatnonzero(np.diff(keys, prepend=-1))
+    if not len(first):
+        return keys, normals, slopes
+    return (
+        keys[first], np.add.reduceat(normals[order], first), np.add.reduceat(slopes[order], first),
+    )  # fmt: skip
+
+
+def _shares(information: Array, slopes: Array, poses: Indices, free: int) -> tuple[Array, Array]:
+    """The `shares` and `sizes` of `Clusters`."""
+    whole = np.zeros((free, 6, 6))
+    np.add.at(whole, poses, information)
+    ridge = RIDGE * np.trace(whole, axis1=1, axis2=2) / 6
+    inverse = np.linalg.inv(whole + np.where(ridge > 0, ridge, 1.0)[:, None, None] * np.eye(6))
+    shares, sizes = np.empty(len(poses)), np.empty(len(poses))
+    for first in range(0, len(poses), AT_ONCE):
+        part = slice(first, first + AT_ONCE)
+        of_pose = inverse[poses[part]]
+        share = of_pose @ information[part]
+        shares[part] = np.einsum("eij,eji->e", share, share)
+        sizes[part] = np.einsum("ei,eij,ej->e", slopes[part], of_pose, slopes[part])
+    return shares, sizes
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Cubes with an `edge` from the corner `low` (3,) on, so many `across` (3,)."""
+
+    low: Array
+    across: Indices
+    edge: float
+
+    @classmethod
+    def about(cls, found: Rows | Residuals, edge: float) -> Cells:
+        """Those that all the rows are in."""
+        ends = found.in_tiles(lambda tile: (tile.points.min(axis=0), tile.points.max(axis=0)))
+        low, high = (
+            np.min([low for low, _ in ends], axis=0),
+            np.max([top for _, top in ends], axis=0),
+        )
+        return cls(low, np.floor((high - low) / edge).astype(np.intp) + 1, edge)
+
+    def __call__(self, some: Rows) -> Indices:
+        """The numbers (m,) of the cells that rows (m,) are in."""
+        x, y, z = np.floor((some.points - self.low) / self.edge).astype(np.intp).T
+        found: Indices = (x * self.across[1] + y) * self.across[2] + z
+        return found

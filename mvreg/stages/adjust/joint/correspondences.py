@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,9 @@ FEWEST = 12
 #: and 45 degrees are few; near the end they differ by noise and where a surface bends. With 0.95
 #: the poorest normals, of the best-placed grazing rays, are lost; with 0.7 sides of an edge meet.
 LEAST_COSINE, FLAT_LEAST_COSINE = 0.9, 0.7
+#: Contacts in a tile, or as many as one way has if that is more: rows of 100 bytes each then fit
+#: into the cache of a core. Of fewer contacts there are so many tiles, for threads to share.
+TILE, LEAST_TILES = 2**14, 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,17 +66,25 @@ class Contacts:
         kept, ends = picked(self.ends, chosen)
         return self._of(self.ways[chosen], ends, kept)
 
+    def rows(self, part: slice) -> slice:
+        """Where the contacts of consecutive ways are."""
+        return slice(int(self.ends[part.start]), int(self.ends[part.stop]))
+
+    def parts(self) -> list[slice]:
+        """The ways in parts with about as many contacts in each; the same for any threads."""
+        size, count = len(self.samples), len(self.ways)
+        wanted = np.linspace(0, size, max(LEAST_TILES, size // TILE) + 1)[1:-1]
+        ends = np.unique([0, *np.searchsorted(self.ends[:-1], wanted).tolist(), count])
+        return [slice(*pair) for pair in pairwise(ends.tolist())]
+
     def tile(self, part: slice) -> Contacts:
         """The contacts of consecutive ways."""
         ends = self.ends[part.start : part.stop + 1]
         return self._of(self.ways[part], ends - ends[0], slice(ends[0], ends[-1]))
 
     def in_tiles(self, function: Callable[[Contacts], Answer]) -> list[Answer]:
-        """What a function says of some of the ways at a time, in threads; in the order of the ways.
-
-        How many ways are in a tile depends on the threads: the answers on each way must not.
-        """
-        return in_threads(lambda part: function(self.tile(part)), slices(len(self.ways), 1))
+        """What a function says of some of the ways at a time, in their order; in threads."""
+        return in_threads(lambda part: function(self.tile(part)), self.parts())
 
     def thinned(self, most: int) -> Contacts:
         """Every n-th of the contacts, so that there are no more than `most`."""
@@ -119,7 +131,7 @@ def contacts(
     Samples find the nearest patch; it must be whole, their cells usable, and the normals agree. The
     ways come in the order of `pairs`.
     """
-    patches = [surface.patches for surface in surfaces]  # built once, before the threads ask
+    patches = [surface.patches for surface in surfaces]
     oriented = np.array([surface.oriented for surface in surfaces])
     ways = np.array([way for i, j in pairs for way in ((i, j), (j, i))], np.intp).reshape(-1, 2)
 

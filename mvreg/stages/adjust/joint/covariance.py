@@ -9,15 +9,10 @@ import numpy as np
 
 from mvreg.geometry import se3
 from mvreg.stages.adjust.joint.block_matrix import blocks_at, dense, of_blocks, solver
-from mvreg.stages.adjust.joint.clusters import Clusters, in_cells
-from mvreg.stages.adjust.joint.normal_equations import (
-    DAMPING,
-    Frame,
-    Rows,
-    System,
-    curvature,
-    weight,
-)
+from mvreg.stages.adjust.joint.clusters import Cells, Clusters
+from mvreg.stages.adjust.joint.frame import Frame
+from mvreg.stages.adjust.joint.normal_equations import DAMPING, System, curvature, weight
+from mvreg.stages.adjust.joint.rows import Residuals, Rows
 from mvreg.stages.adjust.joint.selected import selected_inverse
 from mvreg.types import Array, Indices
 from mvreg.types.scatter import PoseScatter
@@ -42,8 +37,9 @@ def classes(values: Array, count: int = CLASSES) -> Indices:
 
 
 def pose_scatter(
-    found: Rows, system: System, stiff: Any, frame: Frame, width: float, variance: float,
-    graded: Sequence[Indices], names: tuple[Sequence[str], Sequence[str]],
+    found: Rows | Residuals, system: System, stiff: Any, frame: Frame, width: float,
+    variance: float, graded: Sequence[Callable[[Rows], Indices]],
+    names: tuple[Sequence[str], Sequence[str]],
 ) -> PoseScatter:  # fmt: skip
     """How the free poses of a joint refinement err together.
 
@@ -62,7 +58,7 @@ def pose_scatter(
 
     Parameters
     ----------
-    found : Rows
+    found : Rows or Residuals
         At the optimum.
     system : System
         Theirs, under the same kernel.
@@ -73,8 +69,8 @@ def pose_scatter(
         Of the kernel, in units of the residuals.
     variance : float
         Of the residuals in their units, see `cell_variance`.
-    graded : sequence of (M,) arrays
-        Classes of the residuals, one kind after another.
+    graded : sequence of callable
+        Classes of the residuals, one kind after another: of some of the rows (m,) that of each.
     names : two sequences of str
         Of the free scans, and of the fixed ones.
     """
@@ -96,10 +92,10 @@ def pose_scatter(
     )  # fmt: skip
 
 
-def cell_variance(found: Rows, system: System, width: float, cell: float) -> float:
+def cell_variance(found: Rows | Residuals, system: System, width: float, cell: float) -> float:
     """The variance of residuals in their units, by how much their sums over cells vary."""
     for _ in range(SIZES):
-        clusters = Clusters.of(found, system, in_cells(found.points, cell), width)
+        clusters = Clusters.of(found, system, Cells.about(found, cell), width)
         if clusters.lost <= MOST_LOST:
             break
         cell /= 2
@@ -207,5 +203,5 @@ def _matrix(scatter: PoseScatter, blocks: Array) -> Any:
     )  # fmt: skip
 
 
-def _total(found: Rows, width: float, kernel: Callable[[Array, float], Array]) -> float:
+def _total(found: Rows | Residuals, width: float, kernel: Callable[[Array, float], Array]) -> float:
     return float(found.weights @ kernel(found.residuals, width))

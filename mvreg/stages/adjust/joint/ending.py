@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from mvreg.stages.adjust.joint.covariance import (
+    DENSE,
     Blocks,
     cell_variance,
     classes,
     covariance_blocks,
     pose_scatter,
 )
-from mvreg.stages.adjust.joint.normal_equations import Frame, Rows, System
+from mvreg.stages.adjust.joint.frame import Frame
+from mvreg.stages.adjust.joint.normal_equations import System
 from mvreg.stages.adjust.joint.patterns import patterns
+from mvreg.stages.adjust.joint.rows import Residuals, Rows
 from mvreg.stages.adjust.joint.stiffness import stiffness
 from mvreg.stages.adjust.joint.surface import Surface
 from mvreg.stages.adjust.joint.weighting import RELIEF, Pooled
@@ -55,7 +58,7 @@ class Ending:
     free, held : sequences of int
         The scans whose poses were free, and those whose poses were not.
     frame : Frame
-    residuals : Rows
+    residuals : Rows or Residuals
         In units of what each is expected to be.
     width : float
         Of the kernel, in these units.
@@ -69,7 +72,7 @@ class Ending:
     free: Sequence[int]
     held: Sequence[int]
     frame: Frame
-    residuals: Rows
+    residuals: Rows | Residuals
     width: float
     known: Pooled
     resolution: float
@@ -88,10 +91,15 @@ class Ending:
         )
 
     def patterns(self) -> tuple[Pattern, ...]:
-        """What is off in single scans."""
+        """What is off in single scans, if they are few: that takes all rows at once."""
+        if len(self.surfaces) > DENSE:
+            return ()
+        found = self.residuals
+        rows = found if isinstance(found, Rows) else found.whole()
         return patterns(
-            self.residuals, self.surfaces, self.motions, self.held, self.frame, self.width,
-            self.variance, self.variance_of, self.graded, self.names, self.resolution,
+            rows, self.surfaces, self.motions, self.held, self.frame, self.width,
+            self.variance, self.variance_of, [grade(rows) for grade in self.graded], self.names,
+            self.resolution,
         )  # fmt: skip
 
     def scatter(self) -> PoseScatter:
@@ -119,23 +127,24 @@ class Ending:
         """Of the residuals, in units of what each is expected to be."""
         return self.variance_of(self.residuals)
 
-    def variance_of(self, residuals: Rows) -> float:
+    def variance_of(self, residuals: Rows | Residuals) -> float:
         """The same, of others of the same contacts."""
         return cell_variance(residuals, self.system, self.width, self.cell)
 
     @lazy
-    def graded(self) -> list[Indices]:
-        """Classes of residuals by how well the points of the cell are known, and of the patch."""
+    def graded(self) -> list[Callable[[Rows], Indices]]:
+        """Classes of rows by how well the points of the cell are known, and of the patch."""
         grades = classes(self.known.noise + RELIEF * self.known.misfit)
-        return [grades[places] for places in self.known.places(self.residuals.contacts)]
+        return [
+            lambda some: grades[self.known.places(some.contacts)[0]],
+            lambda some: grades[self.known.places(some.contacts)[1]],
+        ]
 
     def links(self, blocks: Blocks, place: Mapping[int, int]) -> list[Link]:
         """The pairs of scans with the samples that lie on each other, and how sure they are."""
         ways = self.residuals.contacts.ways
-        inside = np.abs(self.residuals.residuals) < self.width
-        each = np.repeat(np.arange(len(ways)), self.residuals.contacts.counts)[inside]
-        counts = np.bincount(each, minlength=len(ways))
-        squares = np.bincount(each, self.residuals.lengths[inside] ** 2, len(ways))
+        sums = self.residuals.contacts.parts()
+        counts, squares = np.hstack([self.inside(part) for part in sums])
         scatter = np.sqrt(squares / np.maximum(counts, 1))
         return [
             Link(
@@ -143,7 +152,19 @@ class Ending:
                 blocks.relative(place[i], place[j], self.motions[j]),
             )
             for (i, j), count, rms in zip(
-                ways.tolist(), counts.tolist(), scatter.tolist(), strict=True
+                ways.tolist(), counts.astype(int).tolist(), scatter.tolist(), strict=True
             )
             if count
         ]  # fmt: skip
+
+    def inside(self, part: slice) -> Array:
+        """(2, W): how many residuals of some ways are within the kernel; their squares' sum."""
+        mine = self.residuals.contacts.rows(part)
+        residuals = self.residuals.residuals[mine]
+        inside = np.abs(residuals) < self.width
+        counts = np.diff(self.residuals.contacts.ends[part.start : part.stop + 1])
+        each = np.repeat(np.arange(len(counts)), counts)[inside]
+        squares = (residuals[inside] * self.residuals.unit[mine][inside]) ** 2
+        return np.stack([
+            np.bincount(each, minlength=len(counts)), np.bincount(each, squares, len(counts)),
+        ])  # fmt: skip

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from mvreg.geometry import se3
 from mvreg.kernels import normal_equations as kernel
-from mvreg.kernels import residuals as residual_kernel
 from mvreg.kernels import way_sums
 from mvreg.kernels.patches import Patches
 from mvreg.kernels.results import NormalEquations
-from mvreg.parallel import Answer, in_threads, slices
 from mvreg.stages.adjust.joint.block_matrix import between_poses, solver
 from mvreg.stages.adjust.joint.correspondences import Contacts
-from mvreg.stages.adjust.joint.surface import Surface
+from mvreg.stages.adjust.joint.frame import Frame
+from mvreg.stages.adjust.joint.rows import Residuals, Rows
 from mvreg.stages.adjust.joint.trust import Trust
 from mvreg.types import Array, Indices
 
@@ -26,117 +24,6 @@ MAD = 1.4826
 #: Levenberg's damping, of the mean diagonal: picks the smallest step where nothing holds a pose,
 #: as on a plane, and is too little to slow down anything that is held.
 DAMPING = 1e-7
-
-
-@dataclass(frozen=True)
-class Frame:
-    """Coordinates of order one for the unknowns: `centre` (3,) and `radius` (length) of a model."""
-
-    centre: Array
-    radius: float
-
-    @classmethod
-    def of(cls, surfaces: Sequence[Surface], motions: Array) -> Frame:
-        """The frame about all the samples of placed surfaces."""
-        counts = np.array([len(s.points) for s in surfaces])
-        placed = zip(surfaces, motions, strict=True)
-        middles = np.stack([se3.apply(motion, s.moments[0]) for s, motion in placed])
-        centre = counts @ middles / counts.sum()
-        apart = counts @ ((middles - centre) ** 2).sum(axis=1)
-        total = apart + sum(s.moments[1] for s in surfaces)
-        return cls(centre, float(np.sqrt(total / counts.sum())) or 1.0)
-
-    def motion(self, unknowns: Array) -> Array:
-        """The motions (..., 4, 4) of unknowns (..., 6)."""
-        steps = se3.exp(unknowns * np.array([1.0, 1, 1, *3 * [self.radius]]))
-        return np.stack([se3.about(self.centre, step) for step in steps])
-
-    @property
-    def twists(self) -> Array:
-        """(6, 6): twists about the model frame's origin, from the unknowns."""
-        change = np.eye(6)
-        change[3:, :3] = se3.skew(self.centre)
-        change[3:, 3:] *= self.radius
-        return change
-
-
-@dataclass(frozen=True, eq=False)
-class Rows:
-    """The residuals of contacts under some poses.
-
-    Parameters
-    ----------
-    contacts : Contacts
-    residuals : (M,) array
-        In units of `unit`.
-    jacobian : (M, 6) array
-        For the pose of a contact's source, and its negative for that of its target.
-    points : (M, 3) array
-        Where they are, in units of the frame's radius.
-    aside : (M,) array
-        How far along the patches, in units of their reach, squared.
-    unit : (M,) array
-        What residuals are in units of (length).
-    """
-
-    contacts: Contacts
-    residuals: Array
-    jacobian: Array
-    points: Array
-    aside: Array
-    unit: Array
-
-    @property
-    def weights(self) -> Array:
-        """(M,): those of the contacts, for residuals in these units."""
-        return self.contacts.weights * self.unit**2
-
-    @property
-    def lengths(self) -> Array:
-        """(M,): the residuals as lengths."""
-        return self.residuals * self.unit
-
-    def whitened(self, deviations: Array) -> Rows:
-        """The same in units of what each residual is expected to be (M,), a length."""
-        change = self.unit / deviations
-        return replace(
-            self,
-            residuals=self.residuals * change,
-            jacobian=self.jacobian * change[:, None],
-            unit=deviations,
-        )
-
-    def in_parts(self, function: Callable[[slice, Indices], Answer]) -> list[Answer]:
-        """What a function says of some of the ways at a time, with where their rows begin and end.
-
-        In threads; in the order of the ways.
-        """
-        ends = self.contacts.ends
-        parts = slices(len(self.contacts.ways), 1)
-        return in_threads(lambda part: function(part, ends[part.start : part.stop + 1]), parts)
-
-
-def rows(
-    surfaces: Sequence[Surface], motions: Array, contacts: Contacts, frame: Frame, flat: bool
-) -> Rows:
-    """Point-to-surface residuals of all contacts, in units of the frame's radius."""
-    size = len(contacts.samples)
-    made = Rows(
-        contacts, np.empty(size), np.empty((size, 6)), np.empty((size, 3)),
-        np.empty(size), np.full(size, frame.radius),
-    )  # fmt: skip
-    patches = [surface.patches for surface in surfaces]  # built once, before the threads ask
-
-    def fill(part: slice, ends: Indices) -> None:
-        tile, mine = contacts.tile(part), slice(ends[0], ends[-1])
-        residual_kernel.rows(
-            patches, motions, tile.ways, tile.ends, tile.samples, tile.patches,
-            frame.centre, frame.radius, flat, made.residuals[mine], made.jacobian[mine],
-            made.points[mine], made.aside[mine],
-        )  # fmt: skip
-
-    made.in_parts(fill)
-    return made
 
 
 def summed(
@@ -189,12 +76,11 @@ class System:
     place: Indices
 
     @classmethod
-    def of(cls, found: Rows, free: Sequence[int], width: float) -> System:
+    def of(cls, found: Rows | Residuals, free: Sequence[int], width: float) -> System:
         """Sum over all rows, each with its weight and the kernel's."""
-        weights = found.weights
-        sums = found.in_parts(
-            lambda _, ends: kernel.normal_equations(
-                found.jacobian, found.residuals, weights, ends, width
+        sums = found.in_tiles(
+            lambda tile: kernel.normal_equations(
+                tile.jacobian, tile.residuals, tile.weights, tile.contacts.ends, width
             )
         )
         return cls.assembled(found.contacts.ways, sums, free)

@@ -15,7 +15,9 @@ import numpy as np
 from mvreg.geometry import se3
 from mvreg.stages.adjust.joint.block_matrix import solver
 from mvreg.stages.adjust.joint.covariance import DENSE
-from mvreg.stages.adjust.joint.normal_equations import Frame, Rows, weight
+from mvreg.stages.adjust.joint.frame import Frame
+from mvreg.stages.adjust.joint.normal_equations import weight
+from mvreg.stages.adjust.joint.rows import Rows
 from mvreg.stages.adjust.joint.surface import Surface
 from mvreg.types import Array, Indices, Pattern
 

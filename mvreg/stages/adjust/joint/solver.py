@@ -19,7 +19,9 @@ from mvreg.stages.adjust.joint.correspondences import (
     touching,
 )
 from mvreg.stages.adjust.joint.ending import Ending, Settled
-from mvreg.stages.adjust.joint.normal_equations import Frame, Rows, System, rows, spread, summed
+from mvreg.stages.adjust.joint.frame import Frame
+from mvreg.stages.adjust.joint.normal_equations import System, spread, summed
+from mvreg.stages.adjust.joint.rows import Residuals, Rows, rows
 from mvreg.stages.adjust.joint.surface import EXACT, Surface
 from mvreg.stages.adjust.joint.systematic import NONE, Systematic, systematic
 from mvreg.stages.adjust.joint.trust import Trust
@@ -169,7 +171,7 @@ class Solver:
         flat: bool, width: float,
     ) -> System:  # fmt: skip
         """The normal equations, summed up tile by tile: no row of them is kept."""
-        patches = [surface.patches for surface in self.surfaces]  # built once, before the threads
+        patches = [surface.patches for surface in self.surfaces]
         sums = found.in_tiles(
             lambda tile: summed(patches, motions, tile, trust, frame, flat, width)
         )
@@ -187,7 +189,7 @@ class Solver:
         free = sorted(joined - self.fixed)
         return found.some(np.isin(found.ways[:, 0], list(joined))), free
 
-    def width(self, residuals: Rows) -> float:
+    def width(self, residuals: Rows | Residuals) -> float:
         """The width of the robust kernel, in units of the residuals."""
         least = EXACT * self.resolution / float(np.median(residuals.unit))
         return max(self.kernel * spread(residuals.residuals), least)
@@ -204,9 +206,7 @@ class Solver:
         """Poses, covariances and links at convergence."""
         assert end.contacts is not None and end.trust is not None
         frame = Frame.of(self.surfaces, end.motions)
-        found = replace(end.contacts, weights=end.trust.weights(end.contacts))
-        apart = rows(self.surfaces, end.motions, found, frame, flat=False)
-        residuals = self.whitened(apart, end.trust)
+        residuals = Residuals.of(self.surfaces, end.motions, end.contacts, end.trust, frame)
         return Ending(
             self.surfaces, self.names, end.motions, end.free, sorted(self.fixed), frame,
             residuals, self.width(residuals), self.known, self.resolution,

@@ -60,18 +60,16 @@ class Surface:
     """Patches of one scan, in its frame, each with an origin and axes of its own.
 
     ``height(a, b) = slopes . (a, b) + bends . (a^2 / 2, a b, b^2 / 2)`` over the plane of the first
-    two axes.
+    two axes; the third is out of the surface, towards the sensor if that is known, see
+    `mvreg.stages.adjust.joint.patches.along_rays`. What only kernels ask for is in `patches` alone:
+    of a scan with 5,000 samples that is a megabyte.
 
     Parameters
     ----------
+    patches : Patches
+        Side by side, as the compiled kernels ask for them.
     points : (S, 3) array
         The origins, on the surface.
-    axes : (S, 3, 3) array
-        Rows: two along the surface, and one out of it, towards the sensor if that is known; see
-        `mvreg.stages.adjust.joint.patches.along_rays`.
-    slopes : (S, 2) array
-    bends : (S, 3) array
-        1 / length.
     normals : (S, 3) array
         Of the surface at the origins, unit.
     reach : (S,) array
@@ -80,15 +78,8 @@ class Surface:
         Raw points per area (1 / length^2); zero where all points are one.
     whole : (S,) array of bool
         Whether the raw points lie all around: on a patch that is not whole nothing lies.
-    usable : (S,) array of bool
-        Whether the cell of a sample may lie on the patches of others: of those that are whole, and
-        of some at rims.
     counts : (S,) array
         Raw points in the cell of each sample.
-    means : (S, 3) array
-        Of the cells.
-    seconds : (S, 3, 3) array
-        Covariances of the cells (length^2).
     noise : (S,) array
         Variance of raw points' heights about the surface (length^2).
     misfit : (S,) array
@@ -103,32 +94,19 @@ class Surface:
         False where the signs of the normals mean nothing.
     """
 
+    patches: Patches
     points: Array
-    axes: Array
-    slopes: Array
-    bends: Array
     normals: Array
     reach: Array
     density: Array
     whole: NDArray[np.bool_]
-    usable: NDArray[np.bool_]
     counts: Array
-    means: Array
-    seconds: Array
     noise: Array
     misfit: Array
     cosines: Array
     fitted: int
     tree: Tree
     oriented: bool
-
-    @lazy
-    def patches(self) -> Patches:
-        """The patches as the compiled kernels ask for them."""
-        return Patches(
-            self.tree, self.points, self.axes, self.slopes, self.bends, self.normals, self.reach,
-            self.whole, self.usable, self.means, self.seconds,
-        )  # fmt: skip
 
     @lazy
     def moments(self) -> tuple[Array, float]:
@@ -207,19 +185,19 @@ def _fitted(
     misfit = misfits(variances, noise, own)
     serves = (found.reach > 0) & (count >= FEWEST) & (found.counts > 0)
     outermost = np.where(misfit <= SMOOTH * noise, OUTERMOST, LOPSIDED)
+    whole, usable = serves & (found.lopsided < LOPSIDED), serves & (found.lopsided < outermost)
+    patches = Patches(
+        own, points, axes, found.slopes, found.bends, normals, found.reach, whole, usable,
+        found.means, found.seconds,
+    )  # fmt: skip
     return Surface(
+        patches=patches,
         points=points,
-        axes=axes,
-        slopes=found.slopes,
-        bends=found.bends,
         normals=normals,
         reach=found.reach,
         density=density,
-        whole=serves & (found.lopsided < LOPSIDED),
-        usable=serves & (found.lopsided < outermost),
+        whole=whole,
         counts=found.counts,
-        means=found.means,
-        seconds=found.seconds,
         noise=noise,
         misfit=misfit,
         cosines=cosines,
