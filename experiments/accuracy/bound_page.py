@@ -21,12 +21,12 @@ HEAD = """# The noise limit
 Twelve scans of 30,000 points of synthetic shapes, with exact poses, Gaussian range noise and no
 quantisation. `adjust=joint` starts from the true poses perturbed by 1 degree and 1 resolution, and
 from the result of the default method. Errors are the RMS displacement of the scans' points against
-ground truth in the frame of the first scan (mm), RMS over {runs} draws of noise and viewpoints (for
-the method: the first draw). The bound is the Cramer-Rao bound of an unbiased estimator that knows
-the noise of every ray but not the surface, from the inverse of the Fisher information matrix.
-"Reported" is computed from `Result.covariances`, without ground truth; "squared" is the mean of the
-normalised squared errors of the poses, 6 where covariances hold, and "inside" the share of poses
-within their 95 per cent ellipsoids.
+ground truth in the frame of the first scan (mm), RMS over as many draws of noise and viewpoints as
+the last column says (for the method: the first draw). The bound is the Cramer-Rao bound of an
+unbiased estimator that knows the noise of every ray but not the surface, from the inverse of the
+Fisher information matrix. "Reported" is computed from `Result.covariances`, without ground truth;
+"squared" is the mean of the normalised squared errors of the poses, 6 where covariances hold, and
+"inside" the share of poses within their 95 per cent ellipsoids.
 
 As the noise decreases, the error approaches a floor set by the sampling of the surface: a patch of
 45 to 64 points is a paraboloid and cannot model finer relief. That floor is the error without
@@ -43,7 +43,7 @@ that touch, on all points, and Open3D's pose graph over them (in so many draws a
 """
 COLUMNS = (
     "shape", "noise", "bound", "error", "error / bound", "from the method", "reported", "squared",
-    "inside", "Open3D / bound", "small_gicp / bound",
+    "inside", "Open3D / bound", "small_gicp / bound", "draws",
 )  # fmt: skip
 HEAD += f"| {' | '.join(COLUMNS)} |\n|{len(COLUMNS) * '---|'}\n"
 
@@ -54,7 +54,8 @@ class Measured:
 
     `method` is the error from the default method's result, None where that does not place all
     scans; `squared` the mean normalised squared error of the poses, `inside` the share of poses in
-    their 95 per cent ellipsoids; `peers` the errors of Open3D and small_gicp, if asked.
+    their 95 per cent ellipsoids; `peers` the errors of Open3D and small_gicp, if asked; `draws` how
+    many there were.
     """
 
     shape: str
@@ -66,6 +67,7 @@ class Measured:
     inside: float
     method: float | None
     peers: tuple[float, ...] = ()
+    draws: int = 1
 
 
 def row(found: Measured) -> str:
@@ -77,7 +79,7 @@ def row(found: Measured) -> str:
     return (
         f"| {found.shape} | {found.noise:g} | {found.bound:.4f} | {found.error:.4f} | {ratio} | "
         f"{method} | {found.reported:.4f} | {found.squared:.1f} | {found.inside:.2f} | "
-        f"{peers[0]} | {peers[1]} |"
+        f"{peers[0]} | {peers[1]} | {found.draws} |"
     )
 
 
