@@ -14,6 +14,7 @@ from mvreg.stages.adjust.joint.covariance import (
     covariance_blocks,
     pose_scatter,
 )
+from mvreg.stages.adjust.joint.extended import Extended, Shape
 from mvreg.stages.adjust.joint.normal_equations import Frame, Rows, System
 from mvreg.stages.adjust.joint.patterns import patterns
 from mvreg.stages.adjust.joint.stiffness import stiffness
@@ -90,9 +91,15 @@ class Ending:
     def patterns(self) -> tuple[Pattern, ...]:
         """What is off in single scans."""
         return patterns(
-            self.residuals, self.surfaces, self.motions, self.held, self.frame, self.width,
-            self.variance, self.variance_of, self.graded, self.names, self.resolution,
+            self.extended, self.held, self.width, self.variance, self.variance_of, self.graded,
+            self.names, self.resolution,
         )  # fmt: skip
+
+    @lazy
+    def extended(self) -> Extended:
+        """The residuals with a scale and a bend for each scan."""
+        shapes = [Shape(surface) for surface in self.surfaces]
+        return Extended(self.residuals, shapes, self.motions, self.frame)
 
     def scatter(self) -> PoseScatter:
         """How the free poses err together."""
