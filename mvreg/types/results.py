@@ -12,7 +12,7 @@ from mvreg.errors import RecordError
 from mvreg.geometry.arrays import Array
 from mvreg.types import checks
 from mvreg.types.records import Verdict
-from mvreg.types.scatter import Pattern, PoseScatter
+from mvreg.types.scatter import Pattern, PoseScatter, ScanScale
 from mvreg.types.view import Model, View
 
 
@@ -70,6 +70,12 @@ class Link:
             checks.floats("Link.covariance", self.covariance, 6, 6)
 
 
+#: Fields of a `Result` that an adjustment fills, and what they are tuples of.
+RECORDS = (
+    ("links", Link), ("scatter", PoseScatter), ("patterns", Pattern), ("scales", ScanScale),
+)  # fmt: skip
+
+
 @dataclass(frozen=True, eq=False)
 class Result:
     """Every pose that was found.
@@ -81,7 +87,8 @@ class Result:
     An `adjust` stage may add the `covariances` (6, 6) of the poses, of small motions
     ``exp(twist) @ T_model_scan``, three of rotation (radians) and three of translation (length),
     the `links` that it rests on, the `scatter` of all poses of a model at once, one for each
-    model, which `mvreg.relative_covariance` asks, and `patterns`, systematic errors of scans.
+    model, which `mvreg.relative_covariance` asks, `patterns`, systematic errors of scans, and the
+    `scales` of scans, where they are estimated.
     `views` are the scans as they were prepared, in the order in which they were given;
     `mvreg.register` fills them in, strategies leave them empty.
     """
@@ -96,6 +103,7 @@ class Result:
     links: tuple[Link, ...] = ()
     scatter: tuple[PoseScatter, ...] = field(default=(), repr=False)
     patterns: tuple[Pattern, ...] = ()
+    scales: tuple[ScanScale, ...] = ()
     views: tuple[View, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:
@@ -113,6 +121,7 @@ class Result:
             "links",
             "scatter",
             "patterns",
+            "scales",
             "views",
         ):
             checks.instance(f"Result.{name}", getattr(self, name), tuple)
@@ -126,7 +135,7 @@ class Result:
         checks.instance("Result.covariances", self.covariances, Mapping)
         for name, covariance in self.covariances.items():
             checks.floats(f"Result.covariances[{name!r}]", covariance, 6, 6)
-        for name, kind in (("links", Link), ("scatter", PoseScatter), ("patterns", Pattern)):
+        for name, kind in RECORDS:
             for index, one in enumerate(getattr(self, name)):
                 checks.instance(f"Result.{name}[{index}]", one, kind)
         if self.model is not None:
