@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from mvreg.errors import RecordError
+from mvreg.geometry import se3
 from mvreg.geometry.arrays import Array
 from mvreg.types import checks
 from mvreg.types.records import Verdict
@@ -68,6 +69,28 @@ class Link:
         checks.length("Link.rms", self.rms)
         if self.covariance is not None:
             checks.floats("Link.covariance", self.covariance, 6, 6)
+
+    def covariance_back(self, T_target_source: Array) -> Array | None:
+        """The covariance (6, 6) of the same relative pose seen the other way round.
+
+        Of the small motion ``exp(twist) @ T_source_target`` in the source's frame, as `covariance`
+        is of ``exp(twist) @ T_target_source``: the two are adjoint transforms of each other.
+
+        Parameters
+        ----------
+        T_target_source : (4, 4) array
+            Of the result that the link is of, ``x_target = T_target_source @ x_source``.
+
+        Returns
+        -------
+        (6, 6) array or None
+            None where `covariance` is.
+        """
+        if self.covariance is None:
+            return None
+        change = se3.adjoint(se3.invert(checks.pose("T_target_source", T_target_source)))
+        found: Array = change @ self.covariance @ change.T
+        return found
 
 
 #: Fields of a `Result` that an adjustment fills, and what they are tuples of.
