@@ -2,10 +2,13 @@
 
     python -m experiments.accuracy.bound                        # all: half an hour
     python -m experiments.accuracy.bound --shapes blob-0 room --runs 1 --peers 1
+    python -m experiments.accuracy.bound --runs 30 --peers 3    # hours, in pieces if need be
+    python -m experiments.accuracy.bound --runs 30 --written    # the page, from what is finished
 
 Scans of generated shapes with Gaussian noise of the range, unrounded, and of rooms seen by the
 virtual laser scanner; adjust=joint from spoilt true poses, and from what the default method's
-strategy finds; peers' multi-scan refinement from the same poses. Writes
+strategy finds; peers' multi-scan refinement from the same poses. Draws are kept in ``runs/bound``,
+under a hash of the code: the same command again goes on where it was broken off. Writes
 ``experiments/results/bound.md`` and ``bound.png``. No Hydra experiment: those sweep over runs of a
 method, and nothing here is one.
 """
@@ -14,7 +17,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from datetime import date
 from importlib.metadata import version
 from pathlib import Path
@@ -23,6 +25,7 @@ import numpy as np
 from rich.progress import track
 
 import mvreg
+from experiments.accuracy.bound_draws import Draw, Drawer, summed_up
 from experiments.accuracy.bound_page import HEAD, Measured, draw, pooled, row
 from experiments.accuracy.bound_peers import PEERS
 from experiments.accuracy.bound_theory import bound, displacement, scatter
@@ -31,6 +34,7 @@ from experiments.common.style import save, styled
 from mvreg.datasets.environments.sets import PHASE_SCANNER
 from mvreg.geometry import se3
 from mvreg.stages.adjust.joint.stage import JointRefinement
+from mvreg.store.content import versions
 from mvreg.types import Array, Result, View
 
 RESULTS = Path(__file__).parents[1] / "results"
@@ -41,33 +45,8 @@ SCENES = ("room", "office")
 NOISES = (0.0, 0.01, 0.03, 0.1, 0.3)
 #: Of the scanner in scenes, in units of its own: 1 mm and a tenth of a mm per metre.
 FACTORS = (1.0, 3.0)
-#: Squared errors of six unknowns within this are within the 95 per cent ellipsoid (chi-square).
-INSIDE = 12.592
 #: Draws of noise and viewpoints. The method is run on the first only: it takes most of the time.
 RUNS = 3
-
-
-def measure(shape: str, noise: float, runs: int, peers: int = 0) -> Measured:
-    """Scan a shape, refine, and compare; the peers in so many draws."""
-    draws = [one(shape, noise, run, run < peers) for run in range(runs)]
-    least, error, reported = np.sqrt(np.mean([np.square(d.lengths) for d in draws], axis=0))
-    others = np.array([d.peers for d in draws if d.peers]).reshape(-1, len(PEERS))
-    squared = np.concatenate([draw.squared for draw in draws])
-    return Measured(
-        shape, noise, float(least), float(error), float(reported), float(squared.mean()),
-        float((squared < INSIDE).mean()), draws[0].method,
-        tuple(np.sqrt((others**2).mean(axis=0)).tolist()) if len(others) else (),
-    )  # fmt: skip
-
-
-@dataclass(frozen=True, eq=False)
-class Draw:
-    """One draw: bound, error, reported error (3,) in mm; squared errors (N - 1,) of poses."""
-
-    lengths: Array
-    squared: Array
-    method: float | None
-    peers: tuple[float, ...] = ()
 
 
 def one(shape: str, noise: float, run: int, peers: bool = False) -> Draw:
@@ -135,6 +114,32 @@ def rebased(poses: Mapping[str, Array], views: Sequence[View]) -> dict[str, Arra
     return {view.name: base @ poses[view.name] for view in views} | {first: np.eye(4)}
 
 
+def finished(cases: Sequence[tuple[str, float]], runs: int, drawer: Drawer) -> list[Measured]:
+    """What the draws on disk come to, of the cases that have the first one."""
+    found = []
+    for case in cases:
+        every = [drawer.kept(*case, run) for run in range(runs)]
+        if every and every[0] is not None:
+            found.append(summed_up(*case, [each for each in every if each is not None]))
+    return found
+
+
+def write(found: Sequence[Measured], results: Path) -> None:
+    """The page and its figure."""
+    if not found:
+        raise SystemExit("bound: expected at least one finished draw, found none; run it first")
+    head = HEAD.format(version=version("mvreg"), date=date.today())
+    table = "\n".join(row(item) for item in found)
+    results.mkdir(parents=True, exist_ok=True)
+    shapes = [item for item in found if item.shape not in SCENES]
+    picture = "\n![Error over noise](bound.png)\n" if shapes else ""
+    (results / "bound.md").write_text(f"{head}{table}\n{picture}")
+    if shapes:
+        with styled():
+            save(draw(pooled(shapes)), results / "bound.png", colours=64)
+    print(table)
+
+
 def main() -> None:
     """Measure, print and keep the table, draw the figure."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -144,25 +149,20 @@ def main() -> None:
     parser.add_argument("--peers", type=int, default=1)
     parser.add_argument("--runs", type=int, default=RUNS)
     parser.add_argument("--results", type=Path, default=RESULTS)
+    parser.add_argument("--kept", type=Path, default=Path("runs/bound") / versions()[:12])
+    parser.add_argument("--written", action="store_true", help="only from what is finished")
     chosen = parser.parse_args()
     cases = [
         (shape, noise)
         for shape in chosen.shapes
         for noise in (chosen.factors if shape in SCENES else chosen.noises)
     ]
-    found = [
-        measure(*case, chosen.runs, chosen.peers) for case in track(cases, description="bound")
-    ]
-    head = HEAD.format(version=version("mvreg"), date=date.today(), runs=chosen.runs)
-    table = "\n".join(row(item) for item in found)
-    chosen.results.mkdir(parents=True, exist_ok=True)
-    shapes = [item for item in found if item.shape not in SCENES]
-    picture = "\n![Error over noise](bound.png)\n" if shapes else ""
-    (chosen.results / "bound.md").write_text(f"{head}{table}\n{picture}")
-    if shapes:
-        with styled():
-            save(draw(pooled(shapes)), chosen.results / "bound.png", colours=64)
-    print(table)
+    drawer = Drawer(chosen.kept, one)
+    if not chosen.written:  # one draw of every case before the next of any
+        every = [(*case, run, run < chosen.peers) for run in range(chosen.runs) for case in cases]
+        for each in track(every, description="bound"):
+            drawer(*each)
+    write(finished(cases, chosen.runs, drawer), chosen.results)
 
 
 if __name__ == "__main__":

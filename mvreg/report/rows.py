@@ -103,10 +103,13 @@ def _relative_rows(
     points: Mapping[str, Array],
 ) -> Row:
     """How certain the pose of the source is relative to the target, where that is told."""
-    told = next((other.covariance for other in adjusted if other.source == link.source), None)
-    if told is None:
+    if not adjusted:
         return {"covariance": None, "uncertainty": None}
     pose = se3.invert(poses[link.target]) @ poses[link.source]
+    same = next((other for other in adjusted if other.source == link.source), None)
+    told = same.covariance if same else adjusted[0].covariance_back(se3.invert(pose))
+    if told is None:
+        return {"covariance": None, "uncertainty": None}
     off = Uncertainty.of(told, pose, points[link.source])
     return {"covariance": told, "uncertainty": uncertainty_row(off)}
 

@@ -13,7 +13,7 @@ from mvreg.types.pointlike import PointLike
 from mvreg.types.records import Candidates, Matches, Registration, Verdict
 from mvreg.types.results import Answer, Link, Pair, Result
 from mvreg.types.scan import Scan, ScanSet
-from mvreg.types.scatter import Pattern, PoseScatter
+from mvreg.types.scatter import Pattern, PoseScatter, ScanScale
 from mvreg.types.view import (
     Features,
     Model,
@@ -49,6 +49,7 @@ __all__ = [
     "Sample",
     "Scale",
     "Scan",
+    "ScanScale",
     "ScanSet",
     "Scans",
     "Verdict",

@@ -9,10 +9,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from mvreg.errors import RecordError
+from mvreg.geometry import se3
 from mvreg.geometry.arrays import Array
 from mvreg.types import checks
 from mvreg.types.records import Verdict
-from mvreg.types.scatter import Pattern, PoseScatter
+from mvreg.types.scatter import Pattern, PoseScatter, ScanScale
 from mvreg.types.view import Model, View
 
 
@@ -94,6 +95,34 @@ class Link:
         if self.covariance is not None:
             checks.floats("Link.covariance", self.covariance, 6, 6)
 
+    def covariance_back(self, T_target_source: Array) -> Array | None:
+        """The covariance (6, 6) of the same relative pose seen the other way round.
+
+        Of the small motion ``exp(twist) @ T_source_target`` in the source's frame, as `covariance`
+        is of ``exp(twist) @ T_target_source``: the two are adjoint transforms of each other.
+
+        Parameters
+        ----------
+        T_target_source : (4, 4) array
+            Of the result that the link is of, ``x_target = T_target_source @ x_source``.
+
+        Returns
+        -------
+        (6, 6) array or None
+            None where `covariance` is.
+        """
+        if self.covariance is None:
+            return None
+        change = se3.adjoint(se3.invert(checks.pose("T_target_source", T_target_source)))
+        found: Array = change @ self.covariance @ change.T
+        return found
+
+
+#: Fields of a `Result` that an adjustment fills, and what they are tuples of.
+RECORDS = (
+    ("links", Link), ("scatter", PoseScatter), ("patterns", Pattern), ("scales", ScanScale),
+)  # fmt: skip
+
 
 @dataclass(frozen=True, eq=False)
 class Result:
@@ -106,7 +135,8 @@ class Result:
     An `adjust` stage may add the `covariances` (6, 6) of the poses, of small motions
     ``exp(twist) @ T_model_scan``, three of rotation (radians) and three of translation (length),
     the `links` that it rests on, the `scatter` of all poses of a model at once, one for each
-    model, which `mvreg.relative_covariance` asks, and `patterns`, systematic errors of scans.
+    model, which `mvreg.relative_covariance` asks, `patterns`, systematic errors of scans, and the
+    `scales` of scans, where they are estimated.
     `views` are the scans as they were prepared, in the order in which they were given;
     `mvreg.register` fills them in, strategies leave them empty.
     """
@@ -121,6 +151,7 @@ class Result:
     links: tuple[Link, ...] = ()
     scatter: tuple[PoseScatter, ...] = field(default=(), repr=False)
     patterns: tuple[Pattern, ...] = ()
+    scales: tuple[ScanScale, ...] = ()
     views: tuple[View, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:
@@ -138,6 +169,7 @@ class Result:
             "links",
             "scatter",
             "patterns",
+            "scales",
             "views",
         ):
             checks.instance(f"Result.{name}", getattr(self, name), tuple)
@@ -151,7 +183,7 @@ class Result:
         checks.instance("Result.covariances", self.covariances, Mapping)
         for name, covariance in self.covariances.items():
             checks.floats(f"Result.covariances[{name!r}]", covariance, 6, 6)
-        for name, kind in (("links", Link), ("scatter", PoseScatter), ("patterns", Pattern)):
+        for name, kind in RECORDS:
             for index, one in enumerate(getattr(self, name)):
                 checks.instance(f"Result.{name}[{index}]", one, kind)
         if self.model is not None:

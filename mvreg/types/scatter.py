@@ -96,3 +96,37 @@ class Pattern:
 
     def __str__(self) -> str:
         return f"{self.scan}: {SAID[self.kind].format(size=self.size, deviation=self.deviation)}"
+
+
+@dataclass(frozen=True)
+class ScanScale:
+    """The scale of a scan, as an adjustment has estimated it.
+
+    Parameters
+    ----------
+    scan : str
+    factor : float
+        Times its points, about the origin of its frame, the scan lies on the others at its pose.
+    deviation : float
+        The standard deviation of that.
+    """
+
+    scan: str
+    factor: float
+    deviation: float
+
+    def __post_init__(self) -> None:
+        checks.text("ScanScale.scan", self.scan)
+        checks.length("ScanScale.factor", self.factor)
+        checks.length("ScanScale.deviation", self.deviation)
+
+    @property
+    def off(self) -> bool:
+        """Whether it is other than one by more than chance: by five standard deviations."""
+        return abs(self.factor - 1) > 5 * self.deviation
+
+    def __str__(self) -> str:
+        return (
+            f"{self.scan}: its points are to be taken times 1{self.factor - 1:+.1e} "
+            f"(+-{self.deviation:.1e}) beside those of the others"
+        )

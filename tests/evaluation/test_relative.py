@@ -47,6 +47,31 @@ def test_the_other_way_round_it_is_the_same_motion_seen_from_the_other_scan(resu
     np.testing.assert_allclose(there, change @ back @ change.T, rtol=1e-6, atol=1e-18)
 
 
+def test_links_tell_it_the_other_way_round_too(result):
+    for link in result.links:
+        pose = se3.invert(result.poses[link.target]) @ result.poses[link.source]
+        back = mvreg.relative_covariance(result, link.target, link.source)
+        np.testing.assert_allclose(link.covariance_back(pose), back, rtol=1e-6, atol=1e-18)
+        assert replace(link, covariance=None).covariance_back(pose) is None
+
+
+def test_the_report_has_it_where_only_the_other_way_has_contacts(result):
+    from mvreg.evaluation.assess import assess
+    from mvreg.report.rows import link_rows
+
+    rows = link_rows(assess(result, result.views), result, [], 1.0, result.views)
+    one_way = tuple(
+        link for link in result.links
+        if any((row["source"], row["target"]) == (link.target, link.source) for row in rows)
+    )  # fmt: skip
+    assert one_way
+    few = replace(result, links=one_way)
+    for row in link_rows(assess(few, few.views), few, [], 1.0, few.views):
+        if any({row["source"], row["target"]} == {k.source, k.target} for k in one_way):
+            found = mvreg.relative_covariance(result, row["source"], row["target"])
+            np.testing.assert_allclose(row["covariance"], found, rtol=1e-6, atol=1e-18)
+
+
 def test_it_does_not_depend_on_which_scan_is_held(result):
     """But for what is lost of the sums at another gauge."""
     names = list(result.poses)

@@ -128,12 +128,42 @@ def test_a_line_of_the_table():
     from experiments.accuracy.bound_page import row
 
     expected = "| blob-0 | 0.1 | 0.1000 | 0.2000 | 2.00 | 0.5000 | 0.3000 | 6.5 | 0.94 |"
-    assert row(measured()) == f"{expected}  |  |"
-    assert row(replace(measured(), peers=(0.25, 1.0))) == f"{expected} 2.5 | 10.0 |"
+    assert row(measured()) == f"{expected}  |  | 1 |"
+    assert row(replace(measured(), peers=(0.25, 1.0))) == f"{expected} 2.5 | 10.0 | 1 |"
     silent = row(replace(measured(noise=0.0, method=None), bound=0.0))
-    assert (
-        silent == "| blob-0 | 0 | 0.0000 | 0.2000 |  | not all placed | 0.3000 | 6.5 | 0.94 |  |  |"
-    )
+    expected = "| blob-0 | 0 | 0.0000 | 0.2000 |  | not all placed | 0.3000 | 6.5 | 0.94 |"
+    assert silent == f"{expected}  |  | 1 |"
+
+
+def test_draws_are_kept_and_a_run_goes_on(tmp_path):
+    from experiments.accuracy.bound import finished
+    from experiments.accuracy.bound_draws import Draw, Drawer
+
+    asked, cases = [], [("gnome", 0.1), ("room", 3.0)]
+
+    def make(shape, noise, run, peers):
+        asked.append((shape, noise, run))
+        lengths = np.array([1.0, 2.0, 3.0]) * (run + 1)
+        return Draw(lengths, np.array([6.0, 20.0]), None if run else 0.5, (4.0,) * peers)
+
+    def broken(shape, noise, run, peers):
+        if run:
+            raise KeyboardInterrupt
+        return make(shape, noise, run, peers)
+
+    with pytest.raises(KeyboardInterrupt):
+        for run in range(2):
+            Drawer(tmp_path, broken)("gnome", 0.1, run, False)
+    drawer = Drawer(tmp_path, make)
+    for run in range(2):
+        drawer("gnome", 0.1, run, False)
+    assert asked == [("gnome", 0.1, 0), ("gnome", 0.1, 1)]
+    (found,) = finished(cases, 30, drawer)
+    assert (found.draws, found.squared, found.inside, found.method) == (2, 13.0, 0.5, 0.5)
+    assert found.error == pytest.approx(np.sqrt((4 + 16) / 2))
+    drawer("gnome", 0.1, 0, True)  # with peers it is another draw
+    assert asked[-1] == ("gnome", 0.1, 0)
+    assert drawer.kept("gnome", 0.1, 0).peers == (4.0,)
 
 
 def test_noise_that_grows_with_the_range_is_in_the_bound():
@@ -164,7 +194,8 @@ def test_peers_come_near_the_truth_from_spoilt_poses(peer):
 
 def test_squared_errors_of_gaussian_poses(rng):
     """Six unknowns, as the covariance says: 6 in the mean, and 95 in 100 inside."""
-    from experiments.accuracy.bound import INSIDE, normalised
+    from experiments.accuracy.bound import normalised
+    from experiments.accuracy.bound_draws import INSIDE
 
     root = np.diag([0.1, 0.2, 0.1, 3.0, 1.0, 2.0]) @ rng.normal(size=(6, 6)) * 1e-3
     true = se3.random(rng, 10.0)

@@ -19,7 +19,7 @@ from mvreg.observers.recorder import COLUMNS
 from mvreg.report import upgrade
 from mvreg.report.json_file import load_report
 from mvreg.report.table import render
-from mvreg.types import Pattern
+from mvreg.types import Pattern, ScanScale
 
 OLD = Path(__file__).with_name("schema_2.json")
 DOCUMENT = Path(upgrade.__file__).with_name("SCHEMA.md").read_text(encoding="utf-8")
@@ -76,6 +76,7 @@ def found_in_reports() -> frozenset[str]:
     read = load_report(folder / "other")
     made = apart()[-1].report
     made["patterns"] = [asdict(Pattern("a.ply", "scale", 3e-4, 1e-5))]
+    made["scales"] = [asdict(ScanScale("a.ply", 1.0003, 1e-5))]
     made["pairs"] = [{**pair, "evidence": {}} for pair in made["pairs"]]
     (told,) = [row["answers"] for row in made["scans"] if row["answers"]]
     made["components"][0]["answers"] = told

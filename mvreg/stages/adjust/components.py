@@ -25,7 +25,9 @@ def over_components(result: Result, improve: Callable[[Result], Result]) -> Resu
         The `result` itself where nothing has changed.
     """
     parts = [
-        replace(result, components=(), covariances={}, links=(), scatter=(), patterns=()),
+        replace(
+            result, components=(), covariances={}, links=(), scatter=(), patterns=(), scales=()
+        ),
         *(Result(next(iter(poses)), poses, (), ()) for poses in result.components),
     ]
     found = [improve(part) for part in parts]
@@ -37,5 +39,6 @@ def over_components(result: Result, improve: Callable[[Result], Result]) -> Resu
         covariances={name: c for part in found for name, c in part.covariances.items()},
         links=tuple(link for part in found for link in part.links),
         patterns=tuple(pattern for part in found for pattern in part.patterns),
+        scales=tuple(scale for part in found for scale in part.scales),
         scatter=tuple(scatter for part in found for scatter in part.scatter),
     )

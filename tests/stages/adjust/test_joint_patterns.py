@@ -10,7 +10,7 @@ from mvreg.errors import RecordError
 from mvreg.geometry import se3
 from mvreg.report.build import build_report
 from mvreg.stages.adjust.joint.stage import JointRefinement
-from mvreg.types import Pattern, Result
+from mvreg.types import Pattern, Result, Scan, ScanScale
 
 METHOD = mvreg.load_method()
 
@@ -88,3 +88,68 @@ def test_the_report_and_its_remarks_have_them():
 def test_a_pattern_of_another_kind_is_refused():
     with pytest.raises(RecordError, match=r"expected one of scale, bend, got 'twist'"):
         Pattern("a", "twist", 1.0, 0.1)
+
+
+@pytest.mark.parametrize("name", ["room", "figurine"])
+def test_scales_come_back_and_poses_with_them(name):
+    scanset = mvreg.dataset(name)
+    off = {scan.name: 3e-4 * ((1, -1, 0)[k % 3]) for k, scan in enumerate(scanset.scans)}
+    scans = [replace(s, points=s.points * (1 + off[s.name])) for s in scanset.scans]
+    views = METHOD.pipeline.prepare(scans, np.random.default_rng(0))
+    base = se3.invert(scanset.poses[views[0].name])
+    poses = {view.name: base @ scanset.poses[view.name] for view in views}
+    start = Result(views[0].name, poses, (), ())
+    plain, scaled = (
+        JointRefinement(scale=scale)(start, views, METHOD.pipeline) for scale in (False, True)
+    )
+    assert not plain.scales
+    assert {scale.scan for scale in scaled.scales} == set(poses)
+    gaps = [s.factor - 1 / (1 + off[s.scan]) for s in scaled.scales]
+    deviations = [s.deviation for s in scaled.scales]
+    assert max(deviations) < 1e-4
+    assert np.sqrt(np.mean(np.divide(gaps, deviations) ** 2)) < 2
+    assert np.mean(np.log([s.factor for s in scaled.scales])) == pytest.approx(0, abs=1e-9)
+    assert error(scaled, poses) < 0.7 * error(plain, poses)
+    assert normalised(scaled, poses) < 12
+
+
+def error(result, poses):
+    """RMS of the translations' errors of a result (length)."""
+    gaps = [result.poses[name][:3, 3] - pose[:3, 3] for name, pose in poses.items()]
+    return np.sqrt(np.mean(np.square(gaps)))
+
+
+def normalised(result, poses):
+    """The mean squared error of poses in units of their covariance, 6 where that holds."""
+    found = []
+    for name, pose in poses.items():
+        if name != result.reference:
+            gap = se3.log(result.poses[name] @ se3.invert(pose))
+            found.append(gap @ np.linalg.solve(result.covariances[name], gap))
+    return np.mean(found)
+
+
+def test_scales_that_nothing_tells_stay_one():
+    """Of two planes: any scale lies on them."""
+    grid = np.stack(np.meshgrid(np.arange(40.0), np.arange(40.0)), axis=-1).reshape(-1, 2)
+    scans = []
+    for number in range(3):
+        height = 0.02 * np.random.default_rng(number).normal(size=len(grid))
+        scans.append(Scan(str(number), np.column_stack([grid, height]), view_direction=(0, 0, 1)))
+    views = METHOD.pipeline.prepare(scans, np.random.default_rng(0))
+    start = Result("0", {view.name: np.eye(4) for view in views}, (), ())
+    found = JointRefinement(scale=True)(start, views, METHOD.pipeline)
+    for scale in found.scales:
+        assert scale.factor == 1
+        assert not scale.off
+        assert scale.deviation > 1e-3
+
+
+def test_only_scales_that_are_off_are_remarked_upon():
+    off, right = ScanScale("a", 1.0003, 1e-5), ScanScale("b", 1.00003, 1e-5)
+    assert off.off
+    assert not right.off
+    assert (
+        str(off)
+        == "a: its points are to be taken times 1+3.0e-04 (+-1.0e-05) beside those of the others"
+    )

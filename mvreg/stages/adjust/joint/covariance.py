@@ -74,8 +74,7 @@ def pose_scatter(
     names : two sequences of str
         Of the free scans, and of the fixed ones.
     """
-    # A robust optimum is flatter than its weights say (Huber 1981, Section 7.6).
-    flatter = _total(found, width, weight) / max(_total(found, width, curvature), 1e-12)
+    flatter = flatness(found, width)
     modes = [np.zeros((len(names[0]), 6, 0))]
     for groups in graded:
         classed = Clusters.of(found, system, groups, width)
@@ -201,6 +200,11 @@ def _matrix(scatter: PoseScatter, blocks: Array) -> Any:
         np.append(blocks, np.swapaxes(blocks[off], 1, 2), axis=0),
         np.append(rows, columns[off]), np.append(columns, rows[off]), (count, count),
     )  # fmt: skip
+
+
+def flatness(found: Rows | Residuals, width: float) -> float:
+    """How many times as flat a robust optimum is as its weights say (Huber 1981, Section 7.6)."""
+    return _total(found, width, weight) / max(_total(found, width, curvature), 1e-12)
 
 
 def _total(found: Rows | Residuals, width: float, kernel: Callable[[Array, float], Array]) -> float:

@@ -3,26 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from mvreg.stages.adjust.joint.clusters import Clusters
 from mvreg.stages.adjust.joint.covariance import (
     DENSE,
     Blocks,
     cell_variance,
     classes,
     covariance_blocks,
+    flatness,
     pose_scatter,
 )
+from mvreg.stages.adjust.joint.extended import Extended, Shape
 from mvreg.stages.adjust.joint.frame import Frame
 from mvreg.stages.adjust.joint.normal_equations import System
 from mvreg.stages.adjust.joint.patterns import patterns
 from mvreg.stages.adjust.joint.rows import Residuals, Rows
+from mvreg.stages.adjust.joint.scales import Oversize, oversize
 from mvreg.stages.adjust.joint.stiffness import stiffness
 from mvreg.stages.adjust.joint.surface import Surface
 from mvreg.stages.adjust.joint.weighting import RELIEF, Pooled
-from mvreg.types import Array, Indices, Link, Pattern, PoseScatter
+from mvreg.types import Array, Indices, Link, Pattern, PoseScatter, ScanScale
 from mvreg.types.lazy import lazy
 
 #: Edge of the cells whose residuals are taken together (radii of a patch). Patches reach over each
@@ -36,7 +40,8 @@ class Settled:
     """The converged poses that were free, their covariances, and the links that they rest on.
 
     `poses` and `covariances` by name, as in `Result`; `links` are ordered pairs; `scatter` is that
-    of all the poses at once; `patterns` are systematic errors of scans.
+    of all the poses at once; `patterns` are systematic errors of scans, `scales` those of all of
+    them where they are estimated, and `oversize` what is left of them.
     """
 
     poses: Mapping[str, Array]
@@ -44,6 +49,8 @@ class Settled:
     links: tuple[Link, ...]
     scatter: PoseScatter
     patterns: tuple[Pattern, ...] = ()
+    scales: tuple[ScanScale, ...] = ()
+    oversize: Oversize | None = field(default=None, metadata={"stored": False})
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +71,8 @@ class Ending:
         Of the kernel, in these units.
     known : Pooled
     resolution : float
+    given : (N,) array or None
+        Logarithms of what scans have been made smaller by, where scales are estimated.
     """
 
     surfaces: Sequence[Surface]
@@ -76,6 +85,7 @@ class Ending:
     width: float
     known: Pooled
     resolution: float
+    given: Array | None = None
 
     def settled(self) -> Settled:
         """Poses, covariances and links."""
@@ -88,28 +98,49 @@ class Ending:
             tuple(self.links(blocks, place)),
             scatter,
             self.patterns(),
+            oversize=self.oversize,
         )
 
     def patterns(self) -> tuple[Pattern, ...]:
-        """What is off in single scans, if they are few: that takes all rows at once."""
+        """What is off in single scans, if they are few."""
         if len(self.surfaces) > DENSE:
             return ()
-        found = self.residuals
-        rows = found if isinstance(found, Rows) else found.whole()
         return patterns(
-            rows, self.surfaces, self.motions, self.held, self.frame, self.width,
-            self.variance, self.variance_of, [grade(rows) for grade in self.graded], self.names,
-            self.resolution,
+            self.extended, self.held, self.width, self.variance, self.variance_of, self.graded,
+            self.names, self.resolution,
         )  # fmt: skip
+
+    @lazy
+    def oversize(self) -> Oversize | None:
+        """How much too large scans are; None where their scales are taken as they are."""
+        if self.given is None:
+            return None
+        lost = [
+            Clusters.of(self.residuals, self.system, groups, self.width).lost
+            for groups in self.graded
+        ]
+        found = oversize(
+            self.extended, self.free, self.held, self.width, self.variance,
+            list(zip(self.graded, lost, strict=True)), self.given,
+        )  # fmt: skip
+        flatter = flatness(self.residuals, self.width)
+        return replace(found, covariance=flatter**2 * found.covariance)
+
+    @lazy
+    def extended(self) -> Extended:
+        """The residuals with a scale and a bend for each scan."""
+        shapes = [Shape(surface) for surface in self.surfaces]
+        return Extended(self.residuals, shapes, self.motions, self.frame)
 
     def scatter(self) -> PoseScatter:
         """How the free poses err together."""
         stiff = stiffness(self.residuals, self.system, self.surfaces, self.motions, self.width)
-        return pose_scatter(
+        found = pose_scatter(
             self.residuals, self.system, stiff, self.frame, self.width,
             self.variance, self.graded,
             ([self.names[k] for k in self.free], [self.names[k] for k in self.held]),
         )  # fmt: skip
+        return found if self.oversize is None else self.oversize.loosened(found)
 
     @lazy
     def system(self) -> System:

@@ -71,7 +71,10 @@ class Round:
 
 @dataclass(frozen=True, eq=False)
 class Solver:
-    """The least-squares problem: named surfaces, the `fixed` ones, and the stage's parameters."""
+    """The least-squares problem: named surfaces, the `fixed` ones, and the stage's parameters.
+
+    `given`, where scales are estimated, is as in `Ending`.
+    """
 
     surfaces: Sequence[Surface]
     names: tuple[str, ...]
@@ -80,6 +83,7 @@ class Solver:
     reach: float
     kernel: float
     max_rounds: int
+    given: Array | None = None
 
     @lazy
     def known(self) -> Pooled:
@@ -210,4 +214,5 @@ class Solver:
         return Ending(
             self.surfaces, self.names, end.motions, end.free, sorted(self.fixed), frame,
             residuals, self.width(residuals), self.known, self.resolution,
+            self.given,
         ).settled()  # fmt: skip
