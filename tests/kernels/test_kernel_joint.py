@@ -59,8 +59,8 @@ def test_gaps(rng, count, flat):
 
 def test_patches_tell_what_they_were_made_of(rng):
     one, compiled = surface(rng, 30)
-    for mine, given in zip(compiled.arrays(), vars(one).values(), strict=True):
-        np.testing.assert_array_equal(mine, given)
+    for mine, theirs in zip(compiled.arrays(), vars(one).values(), strict=True):
+        np.testing.assert_array_equal(mine, theirs)
 
 
 #: Ordered pairs of three surfaces; one twice, and one of a surface with itself.
