@@ -144,11 +144,7 @@ class Cells:
     @classmethod
     def about(cls, found: Rows | Residuals, edge: float) -> Cells:
         """Those that all the rows are in."""
-        ends = found.in_tiles(lambda tile: (tile.points.min(axis=0), tile.points.max(axis=0)))
-        low, high = (
-            np.min([low for low, _ in ends], axis=0),
-            np.max([top for _, top in ends], axis=0),
-        )
+        low, high = found.box
         return cls(low, np.floor((high - low) / edge).astype(np.intp) + 1, edge)
 
     def __call__(self, some: Rows) -> Indices:
