@@ -111,6 +111,7 @@ def cases():
             icp.plane_icp, (index, m["normals"], points, motion, *some, 2.0, 5, 0.1, 0.1, True),
         ),
         "patches.Patches": (patches.Patches, (index, *m["parts"])),
+        "patches.Patches.arrays": (m["patches"].arrays, ()),
         "patches.gaps": (patches.gaps, (m["patches"], points, np.arange(N), False)),
         "contacts.contacts": (
             contacts.contacts,
