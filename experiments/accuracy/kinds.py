@@ -44,8 +44,8 @@ random, in random order, no sensor told. "In one model" are the scans placed cor
 largest model of their place, "in parts" those in any model. A model's scans that stand in a wrong
 pose to the rest are false. Accepted pairs are those that the judge, or a loop, relied on; a wrong
 one of them need not have placed a scan falsely. Seconds are those of the processor, a draw.
-The judge's weights were fitted to other sets; some thresholds (`judge.min_probability_blind`, those of
-loops and of the second look) were chosen on facades, halls, cars and fragments, in other draws.
+The judge's weights were fitted to other sets; some thresholds (`judge.min_probability_blind`, those
+of loops and of the second look) were chosen on facades, halls, cars and fragments of other draws.
 
 """
 COLUMNS = """\
