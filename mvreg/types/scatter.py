@@ -106,7 +106,7 @@ class ScanScale:
     ----------
     scan : str
     factor : float
-        Times its points, about the origin of its frame, the scan lies on the others at its pose.
+        Made larger by it about the middle of its points, the scan lies on the others at its pose.
     deviation : float
         The standard deviation of that.
     """

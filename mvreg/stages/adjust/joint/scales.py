@@ -95,17 +95,24 @@ def oversize(
 
 
 def smaller(view: View, given: float) -> View:
-    """The view, made smaller about its scan's origin by a factor with this logarithm."""
+    """The view, made smaller about the middle of its points by a factor with this logarithm.
+
+    Not about the origin of its frame, which may be that of a map; nor about its sensor: far from
+    it the pose would owe more to the scale than `loosened` says.
+    """
     if not given:
         return view
     factor, scan = float(np.exp(-given)), view.scan
+    centre = (view if scan is None else scan).points.mean(axis=0)
+
+    def made(points: Array) -> Array:
+        moved: Array = centre + factor * (points - centre)
+        return moved
+
     if scan is not None:
-        point = scan.view_point
-        scan = Scan(
-            scan.name, scan.points * factor, scan.view_direction,
-            None if point is None else point * factor, scan.up,
-        )  # fmt: skip
-    return replace(view, points=view.points * factor, scan=scan)
+        seen_from = None if scan.view_point is None else made(scan.view_point)
+        scan = Scan(scan.name, made(scan.points), scan.view_direction, seen_from, scan.up)
+    return replace(view, points=made(view.points), scan=scan)
 
 
 def told(names: Sequence[str], given: Array, found: Oversize) -> tuple[ScanScale, ...]:

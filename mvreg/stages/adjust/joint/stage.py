@@ -78,11 +78,11 @@ class JointRefinement:
         Keep the poses as they were where the surfaces meet less in the end, see
         `mvreg.surface.consistency.fit_score`.
     scale : bool
-        Estimate the scale of each scan, too, about its origin: `Result.scales`. Poses are then
-        those of the scans with their points times that factor. Their geometric mean is one, since
+        Estimate the scale of each scan, too, about the middle of its points: `Result.scales`. Poses
+        are then those of the scans made larger by that factor, whose geometric mean is one, since
         nothing tells it; several scans that are `fixed` do, by their distances. What the surfaces
-        do not tell stays one. Off, since scans whose scale is right are placed better without: by a
-        fifth, in the embedded room and on the figurine.
+        do not tell stays one. Off, since rooms whose scans have the right scale are placed a third
+        worse with it.
     """
 
     reach: float = 4.0
