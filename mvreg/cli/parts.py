@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from mvreg.events import ignore
 from mvreg.geometry import se3
 from mvreg.geometry.nearest import build_tree, nearest
 from mvreg.run import Method, run
+from mvreg.stages.judge.evidence import EvidenceJudge
 from mvreg.types import Array, Finding, Result, Scan, ScanSet
 
 #: A partial model counts from so many scans on; fewer may overlap with nothing.
@@ -39,6 +41,7 @@ def doubts_on_parts(
     if len(parts) < 2 or len(parts[1]) < FEWEST:
         return ()
     first, second = (_merged(scanset, poses, rng) for poses in parts)
+    method = _asking(method)
     names = tuple(parts[1])
     who = f"the {len(names)} scans of the model with {names[0]}"
     pose, factor = _pose(first, second, method), 1.0
@@ -61,6 +64,15 @@ def doubts_on_parts(
         "scale", names, f"{who} fit the others when made {factor:.3g} times as large",
         "are they of another scale?",
     ),)  # fmt: skip
+
+
+def _asking(method: Method) -> Method:
+    """The method, no stricter because of sensors that merged models do not have: it only asks."""
+    judge = method.pipeline.judge
+    if not isinstance(judge, EvidenceJudge):
+        return method
+    judge = replace(judge, min_probability_blind=judge.min_probability)
+    return replace(method, pipeline=replace(method.pipeline, judge=judge))
 
 
 def _merged(scanset: ScanSet, poses: Mapping[str, Array], rng: np.random.Generator) -> Array:

@@ -73,7 +73,7 @@ def test_the_table_is_filtered_and_sorted(page, figurine):
     assert parent.get_attribute("aria-sort") == "descending"
     rms = next(head for head in heads if head.text.startswith("RMS"))
     rms.click()
-    found = {row["name"]: row["assessment"]["rms"] for row in figurine[1]["scans"]}
+    found = {row["name"]: round(row["assessment"]["rms"], 3) for row in figurine[1]["scans"]}
     values = [found[name] for name in names(page)]
     assert values == sorted(values)
 
