@@ -12,7 +12,7 @@ from mvreg.stages.strategy.best_first.joint_verdict import (
     MOST_OTHER_SIDE,
     checked_for_other_side,
 )
-from mvreg.stages.strategy.best_first.other_side import other_side, relief_turned_over
+from mvreg.stages.strategy.best_first.other_side import fits_turned_over, other_side
 from mvreg.testing.views import degenerate_pairs, overlap, registration
 from mvreg.types import Verdict
 
@@ -66,10 +66,10 @@ def letter_z():
 def test_what_is_not_thin_or_not_its_own_mirror_image_is_not_asked():
     views, _ = scissors()
     front = views["front_00"]
-    assert 1 < relief_turned_over(front) < 2
-    assert relief_turned_over(overlap().source) is None, "a blob"
+    assert fits_turned_over(front)
+    assert not fits_turned_over(overlap().source), "a blob"
     z, _ = mvreg.prepare([letter_z(), front.scan])
-    assert relief_turned_over(z) is None
+    assert not fits_turned_over(z)
 
 
 def test_views_that_show_nothing_are_no_error():

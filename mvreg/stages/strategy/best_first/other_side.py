@@ -5,8 +5,7 @@ the front, meets it all over, the normals agree, and nothing floats: what relief
 within the distances that these allow. The pose that is right, turned over and a thickness away, has
 no surface in common, so that no search finds it and no contact speaks for it. What tells the sides
 apart is how well they fit: two scans of one side differ by their noise, and by what their sensor
-gets wrong, a small part of a resolution; front and back by their relief. Where both have the same
-relief, but for the noise, nothing tells them apart, and the back may be laid on the front.
+gets wrong, a small part of a resolution; front and back by their relief.
 """
 
 from __future__ import annotations
@@ -34,10 +33,10 @@ THIN, FLAT = 2 * EVIDENCE_DISTANCE, 0.25
 STRAY = 0.02
 #: An outline fits turned over if so large a share of its points are so near another (resolutions).
 FITS, ASIDE = 0.6, 2.0
-#: Two sides differ beyond their noise by more than this share of how far the points are from their
-#: plane (both RMS), as probably as not, and how fast the odds change with it. A sheet 2 mm thick
-#: with deep relief needs more than scissors of 1.5 mm: ``experiments/accuracy/sides.py``.
-EXCESS, STEEP = 0.15, 6.0
+#: Two sides differ beyond their noise by more than this (RMS, resolutions), as probably as not, and
+#: how fast the odds change with it: ``experiments/accuracy/sides.py``. Where scissors share most of
+#: their surface, right pairs have 0.11 at most, plausible wrong ones 0.2 and more.
+EXCESS, STEEP = 0.18, 6.0
 #: What turns an outline over, about one long axis or the other; how many of its points are asked,
 #: and how often, until they fit.
 MIRRORS, ASKED, STEPS = np.array([[0.0, 1.0, -1.0], [0.0, -1.0, 1.0]]), 400, 20
@@ -54,43 +53,37 @@ def other_side(registration: Registration, source: View, target: View) -> float:
         The pose in which it seems to show the same.
     source, target : View
     """
-    relief = relief_turned_over(source)
-    if relief is None:
+    if not fits_turned_over(source):
         return 0.0
     evidence = pool_evidence(view_pairs(source, target, registration.T_target_source))
     excess = np.sqrt(max(evidence.residual**2 - 1, 0.0)) * evidence.noise
-    return float(1 / (1 + (EXCESS * relief / max(excess, 1e-3)) ** STEEP))
+    return float(1 / (1 + (EXCESS / max(excess, 1e-3)) ** STEEP))
 
 
 @kept_on_argument
-def relief_turned_over(view: View) -> float | None:
-    """How far a thin view's points are from their plane (RMS, resolutions); kept on the view.
-
-    None for what is not thin, and for what does not fit its own outline turned over.
-    """
-    thin = _thin(view)
-    if thin is None:
-        return None
-    outline, relief = thin
+def fits_turned_over(view: View) -> bool:
+    """Whether a view is thin, and its outline fits itself turned over; kept on the view."""
+    outline = _outline(view)
+    if outline is None:
+        return False
     few = outline[:: max(1, len(outline) // ASKED)]
     reach = ASIDE * max(view.scale.resolution, view.resolution)
     tree = build_tree(outline)
-    fits = any(_fits(few * mirror, outline, tree, reach) for mirror in MIRRORS)
-    return relief if fits else None
+    return any(_fits(few * mirror, outline, tree, reach) for mirror in MIRRORS)
 
 
-def _thin(view: View) -> tuple[Array, float] | None:
-    """The points (N, 3) of a thin view in its plane, the first coordinate 0, and its relief."""
+def _outline(view: View) -> Array | None:
+    """The points (N, 3) of a thin view in its plane, the first coordinate 0; None if not thin."""
     if len(view.points) < 3:
         return None
     offsets = view.points - view.points.mean(axis=0)
     along = offsets @ np.linalg.eigh(offsets.T @ offsets)[1]
     low, high = np.quantile(along, [STRAY, 1 - STRAY], axis=0)
     height, width, _ = high - low
-    relief = float(np.sqrt((along[:, 0] ** 2).mean())) / (view.scale.resolution or 1.0)
-    if relief > THIN or height > FLAT * width:
+    unit = view.scale.resolution or 1.0
+    if np.sqrt((along[:, 0] ** 2).mean()) > THIN * unit or height > FLAT * width:
         return None
-    return np.asarray((along - (low + high) / 2) * [0.0, 1.0, 1.0]), relief
+    return np.asarray((along - (low + high) / 2) * [0.0, 1.0, 1.0])
 
 
 def _fits(moving: Array, outline: Array, tree: Tree, reach: float) -> bool:
