@@ -9,7 +9,6 @@ import numpy as np
 
 from mvreg.stages.adjust.joint.clusters import Clusters
 from mvreg.stages.adjust.joint.covariance import (
-    DENSE,
     Blocks,
     cell_variance,
     classes,
@@ -103,8 +102,6 @@ class Ending:
 
     def patterns(self) -> tuple[Pattern, ...]:
         """What is off in single scans, if they are few."""
-        if len(self.surfaces) > DENSE:
-            return ()
         return patterns(
             self.extended, self.held, self.width, self.variance, self.variance_of, self.graded,
             self.names, self.resolution,
@@ -174,8 +171,8 @@ class Ending:
     def links(self, blocks: Blocks, place: Mapping[int, int]) -> list[Link]:
         """The pairs of scans with the samples that lie on each other, and how sure they are."""
         ways = self.residuals.contacts.ways
-        sums = self.residuals.contacts.parts()
-        counts, squares = np.hstack([self.inside(part) for part in sums])
+        parts = self.residuals.contacts.parts()
+        counts, squares = np.hstack([self.inside(part) for part in parts])
         scatter = np.sqrt(squares / np.maximum(counts, 1))
         return [
             Link(

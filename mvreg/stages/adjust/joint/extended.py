@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mvreg.stages.adjust.joint.covariance import CLASSES
 from mvreg.stages.adjust.joint.frame import Frame
 from mvreg.stages.adjust.joint.normal_equations import weight
 from mvreg.stages.adjust.joint.rows import Residuals, Rows
@@ -52,14 +53,13 @@ def across(apart: Array, out: Array) -> Array:
 class Sums:
     """Normal equations (8 N, 8 N), their gradient (N, 8), and that of each class (G, N, 8).
 
-    `residuals` (M,) are those that they are of, `kinds` the number of classes of each kind.
+    `residuals` (M,) are those that they are of.
     """
 
     normal: Array
     gradient: Array
     modes: Array
     residuals: Array
-    kinds: tuple[int, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,51 +91,28 @@ class Extended:
         `graded`, one kind after another.
         """
         tiles = self.found.in_tiles(lambda tile: self._tile_sums(tile, values, width, graded))
-        normal, alongs, residuals = (list(column) for column in zip(*tiles, strict=True))
-        kinds = [max(one[k].shape[1] for one in alongs) for k in range(1 + len(graded))]
-        along = np.concatenate(
-            [
-                np.concatenate(
-                    [
-                        np.pad(one, ((0, 0), (0, many - one.shape[1]), (0, 0)))
-                        for one, many in zip(tile, kinds, strict=True)
-                    ],
-                    axis=1,
-                )
-                for tile in alongs
-            ]
-        )
-        found = self._assembled(
-            np.concatenate(normal).reshape(-1, 2, ALL, 2, ALL),
-            along.reshape(len(along), -1, 2, ALL),
-        )
-        return Sums(*found, np.concatenate(residuals), tuple(kinds[1:]))
+        normal, along, residuals = (np.concatenate(column) for column in zip(*tiles, strict=True))
+        blocks, slopes = normal.reshape(-1, 2, ALL, 2, ALL), along.reshape(len(along), -1, 2, ALL)
+        return Sums(*self._assembled(blocks, slopes), residuals)
 
     def _tile_sums(
         self, tile: Rows, values: Array, width: float, graded: Sequence[Callable[[Rows], Indices]]
-    ) -> tuple[Array, list[Array], Array]:
+    ) -> tuple[Array, Array, Array]:
         """Of each way (16, 16), and with the residuals and each class (., 16); the residuals."""
         weights, residuals, ends = tile.weights, tile.residuals.copy(), tile.contacts.ends
-        groups = [one(tile) for one in graded]
-        labels = [np.arange(int(one.max(initial=0)) + 1)[:, None] for one in groups]
+        groups, labels = [one(tile) for one in graded], np.arange(CLASSES)[:, None]
         normal, along = [], []
         for k, (source, target) in enumerate(tile.contacts.ways):
             rows = slice(ends[k], ends[k + 1])
-            columns, change = (
-                self._columns(tile, rows, source, target),
-                self._change(source, target),
-            )
+            columns = self._columns(tile, rows, source, target)
+            change = self._change(source, target)
             mine = residuals[rows]
             mine += (change @ values[[source, target]].ravel()) @ columns
             weighted = columns * (weights[rows] * weight(mine, width))
-            by_class = [
-                ((one[rows] == each) * mine) @ weighted.T @ change
-                for one, each in zip(groups, labels, strict=True)
-            ]
-            along.append([(weighted @ mine)[None] @ change, *by_class])
+            by_class = [((one[rows] == labels) * mine) @ weighted.T for one in groups]
+            along.append(np.vstack([weighted @ mine, *by_class]) @ change)
             normal.append(change.T @ (weighted @ columns.T) @ change)
-        stacked = [np.stack(kind) for kind in zip(*along, strict=True)]
-        return np.array(normal), stacked, residuals
+        return np.stack(normal), np.stack(along), residuals
 
     def _assembled(self, blocks: Array, along: Array) -> tuple[Array, Array, Array]:
         """The sums of all, from those of each way, (W, 2, 8, 2, 8) and (W, 1 + G, 2, 8)."""

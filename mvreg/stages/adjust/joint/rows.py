@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
@@ -16,8 +17,28 @@ from mvreg.stages.adjust.joint.trust import Trust
 from mvreg.types import Array
 
 
+class Tiled(ABC):
+    """Residuals of contacts, of which some ways at a time are looked at."""
+
+    contacts: Contacts
+    unit: Array
+
+    @property
+    def weights(self) -> Array:
+        """(M,): those of the contacts, for residuals in these units."""
+        return self.contacts.weights * self.unit**2
+
+    @abstractmethod
+    def tile(self, part: slice) -> Rows:
+        """The rows of consecutive ways."""
+
+    def in_tiles(self, function: Callable[[Rows], Answer]) -> list[Answer]:
+        """What a function says of the rows of some ways at a time; see `Contacts.in_tiles`."""
+        return in_threads(lambda part: function(self.tile(part)), self.contacts.parts())
+
+
 @dataclass(frozen=True, eq=False)
-class Rows:
+class Rows(Tiled):
     """The residuals of contacts under some poses.
 
     Parameters
@@ -43,11 +64,6 @@ class Rows:
     unit: Array
 
     @property
-    def weights(self) -> Array:
-        """(M,): those of the contacts, for residuals in these units."""
-        return self.contacts.weights * self.unit**2
-
-    @property
     def lengths(self) -> Array:
         """(M,): the residuals as lengths."""
         return self.residuals * self.unit
@@ -70,9 +86,9 @@ class Rows:
             unit=deviations,
         )
 
-    def in_tiles(self, function: Callable[[Rows], Answer]) -> list[Answer]:
-        """What a function says of the rows of some ways at a time; see `Contacts.in_tiles`."""
-        return in_threads(lambda part: function(self.tile(part)), self.contacts.parts())
+    def expected(self, trust: Trust) -> Rows:
+        """The same in units of what `trust` expects of each."""
+        return self.whitened(np.sqrt(trust.variances(self.contacts, self.aside)))
 
     def tile(self, part: slice) -> Rows:
         """The rows of consecutive ways."""
@@ -126,7 +142,7 @@ KEPT = 2**21
 
 
 @dataclass(frozen=True, eq=False)
-class Residuals:
+class Residuals(Tiled):
     """The residuals of contacts, as `Rows` has them, of which the rows are made when asked for.
 
     Of millions of contacts all rows at once would take several times the memory of all else.
@@ -168,7 +184,7 @@ class Residuals:
             mine, tile = contacts.rows(part), contacts.tile(part)
             weights[mine] = trust.weights(tile)
             apart = made(tile)
-            white = apart.whitened(np.sqrt(trust.variances(tile, apart.aside)))
+            white = apart.expected(trust)
             residuals[mine], unit[mine] = white.residuals, white.unit
             return apart.box
 
@@ -176,15 +192,6 @@ class Residuals:
         box = np.min(low, axis=0), np.max(high, axis=0)
         found = cls(replace(contacts, weights=weights), residuals, unit, made, box)
         return found.whole() if size <= KEPT else found
-
-    @property
-    def weights(self) -> Array:
-        """(M,): those of the contacts, for residuals in these units."""
-        return self.contacts.weights * self.unit**2
-
-    def in_tiles(self, function: Callable[[Rows], Answer]) -> list[Answer]:
-        """What a function says of the rows of some ways at a time; see `Contacts.in_tiles`."""
-        return in_threads(lambda part: function(self.tile(part)), self.contacts.parts())
 
     def tile(self, part: slice) -> Rows:
         """The rows of consecutive ways."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from mvreg.stages.adjust.joint.block_matrix import solver
 from mvreg.stages.adjust.joint.clusters import RIDGE
+from mvreg.stages.adjust.joint.covariance import CLASSES
 from mvreg.stages.adjust.joint.extended import ALL, BEND, SCALE, Extended
 from mvreg.stages.adjust.joint.patterns import PRIOR, priors, scatter
 from mvreg.stages.adjust.joint.rows import Rows
@@ -81,8 +82,8 @@ def oversize(
     gradient[:, SCALE] -= prior[:, SCALE] * given
     prior[:, BEND] = 1.0
     normal = sums.normal.reshape(count, ALL, count, ALL).copy()
-    shares = [np.full(many, 1 - lost) for many, (_, lost) in zip(sums.kinds, graded, strict=True)]
-    modes = sums.modes / np.sqrt(np.maximum(np.concatenate(shares), RIDGE))[:, None, None]
+    left = np.repeat([1 - lost for _, lost in graded], CLASSES)
+    modes = sums.modes / np.sqrt(np.maximum(left, RIDGE))[:, None, None]
     normal[:, BEND], normal[:, :, :, BEND], gradient[:, BEND], modes[:, :, BEND] = 0, 0, 0, 0
     solve = solver(normal.reshape(count * ALL, -1) + np.diag(prior.ravel()), 0.0)
     steps = solve(gradient.ravel()).reshape(count, ALL)[:, SCALE]

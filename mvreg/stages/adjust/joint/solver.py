@@ -142,7 +142,7 @@ class Solver:
         for _ in range(1 if gate.flat else STEPS):
             apart = rows(self.surfaces, motions, some, frame, gate.flat)
             before, motions = motions, motions.copy()
-            width = self.width(self.whitened(apart, trust))
+            width = self.width(apart.expected(trust))
             system = self.system(before, found, trust, free, frame, gate.flat, width)
             motions[free] = frame.motion(system.step()) @ motions[free]
             if self.farthest(before, motions) <= SETTLED * still:
@@ -165,10 +165,6 @@ class Solver:
             samples, patches = known.places(some)
             wrong = systematic(known.cosines[samples], known.cosines[patches], apart.lengths, noise)
         return by_noise(known, found, gate.stride, wrong), wrong
-
-    def whitened(self, apart: Rows, trust: Trust) -> Rows:
-        """Rows in units of what is expected of each."""
-        return apart.whitened(np.sqrt(trust.variances(apart.contacts, apart.aside)))
 
     def system(
         self, motions: Array, found: Contacts, trust: Trust, free: Sequence[int], frame: Frame,
