@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from experiments.accuracy.bound_page import Measured
+from mvreg.report.run_folder import write_text
 from mvreg.types import Array
 
 #: Squared errors of six unknowns within this are within the 95 per cent ellipsoid (chi-square).
@@ -61,9 +62,7 @@ class Drawer:
             "lengths": made.lengths.tolist(), "squared": made.squared.tolist(),
             "method": made.method, "peers": list(made.peers),
         }  # fmt: skip
-        whole = file.with_suffix(".part")
-        whole.write_text(json.dumps(row))
-        whole.replace(file)
+        write_text(file, json.dumps(row))
 
 
 def summed_up(shape: str, noise: float, draws: Sequence[Draw]) -> Measured:

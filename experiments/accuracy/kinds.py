@@ -165,9 +165,8 @@ def add(count: Count, scans: ScanSet, found: Result, resolution: float) -> None:
             and {pair.source, pair.target} <= set(truth.poses)
         ):
             two = {pair.target: np.eye(4), pair.source: pose}
-            angle, shift = truth.offset(pair.target, pair.source, scans.as_read(two))
             count.accepted += 1
-            if angle > tolerance.angle or shift > tolerance.shift:
+            if not truth.fits(pair.target, pair.source, scans.as_read(two), tolerance):
                 count.wrong += 1
                 count.highest = max(count.highest, pair.verdict.confidence or 0.0)
 

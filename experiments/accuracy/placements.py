@@ -79,6 +79,11 @@ class Truth:
         angle = 2 * np.degrees(np.arcsin(min(1.0, float(np.linalg.norm(turn)))))
         return float(angle), float(np.linalg.norm(found[:3, 3] - right[:3, 3]))
 
+    def fits(self, first: str, second: str, model: Poses, tolerance: Tolerance) -> bool:
+        """Whether the second scan is where it should be, seen from the first."""
+        angle, shift = self.offset(first, second, model)
+        return angle <= tolerance.angle and shift <= tolerance.shift
+
 
 @dataclass(frozen=True)
 class Misplaced:
@@ -148,12 +153,10 @@ def placements(
 
 def judged(model: Poses, truth: Truth, tolerance: Tolerance) -> tuple[list[str], list[Misplaced]]:
     """The scans of one model that are right, and those that are false."""
-
-    def fits(first: str, second: str) -> bool:
-        angle, shift = truth.offset(first, second, model)
-        return angle <= tolerance.angle and shift <= tolerance.shift
-
-    groups = {first: [second for second in model if fits(first, second)] for first in model}
+    groups = {
+        first: [second for second in model if truth.fits(first, second, model, tolerance)]
+        for first in model
+    }
     if not groups:
         return [], []
     # Of groups of one size the first: the reference is the first of its model.

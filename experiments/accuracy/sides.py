@@ -28,6 +28,7 @@ from mvreg.datasets.sdf import Part
 from mvreg.datasets.surfacenets import surface_net
 from mvreg.datasets.viewpoints import orbit
 from mvreg.evidence.pooled import ViewPair, pool_evidence
+from mvreg.stages.strategy.best_first.other_side import beyond_noise
 from mvreg.types import Array, Result, Scan, ScanSet
 
 #: A wrong pose counts if it is so plausible by itself.
@@ -118,10 +119,8 @@ def excess(found: Result, truth: Truth, scans: ScanSet, tolerance: Tolerance) ->
         if evidence.plausibility < PLAUSIBLE:
             continue
         two = scans.as_read({pair.target: np.eye(4), pair.source: pair.T_target_source})
-        angle, shift = truth.offset(pair.target, pair.source, two)
-        wrong = angle > tolerance.angle or shift > tolerance.shift
-        beyond = max(evidence.residual**2 - 1, 0.0) ** 0.5 * evidence.noise
-        said[wrong].append(beyond)
+        right = truth.fits(pair.target, pair.source, two, tolerance)
+        said[not right].append(beyond_noise(evidence))
     return said
 
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mvreg.evidence.pairing import view_pairs
-from mvreg.evidence.pooled import pool_evidence
+from mvreg.evidence.pooled import Evidence, pool_evidence
 from mvreg.evidence.view_pair import EVIDENCE_DISTANCE
 from mvreg.geometry import se3
 from mvreg.geometry.nearest import build_tree, nearest
@@ -56,8 +56,12 @@ def other_side(registration: Registration, source: View, target: View) -> float:
     if not fits_turned_over(source):
         return 0.0
     evidence = pool_evidence(view_pairs(source, target, registration.T_target_source))
-    excess = np.sqrt(max(evidence.residual**2 - 1, 0.0)) * evidence.noise
-    return float(1 / (1 + (EXCESS / max(excess, 1e-3)) ** STEEP))
+    return float(1 / (1 + (EXCESS / max(beyond_noise(evidence), 1e-3)) ** STEEP))
+
+
+def beyond_noise(evidence: Evidence) -> float:
+    """By how much surfaces in contact differ beyond their noise (RMS, resolutions)."""
+    return float(np.sqrt(max(evidence.residual**2 - 1, 0.0))) * evidence.noise
 
 
 @kept_on_argument
