@@ -56,7 +56,7 @@ def evaluate(
     apart : list of arrays
         For each part its distances, at its active points.
     """
-    together, apart = np.full(len(points), np.inf, dtype=float), []
+    together, apart = np.full(len(points), np.inf), []
     for part, where in zip(parts, active, strict=True):
         new = _in_chunks(part.distance, points[where])
         apart.append(new)
@@ -148,13 +148,13 @@ def limb(path: Sequence[Sequence[float]], radii: Sequence[float], relief: Distan
     knots = _catmull_rom(knots, steps)
     centre = (knots[:, :3].min(axis=0) + knots[:, :3].max(axis=0)) / 2
     reach = np.linalg.norm(knots[:, :3] - centre, axis=1) + knots[:, 3]
-    origin, starts = centre, (knots[:-1, :3] - centre)
+    starts = knots[:-1, :3] - centre
     along, widths = np.diff(knots[:, :3], axis=0), knots[:, 3]
 
     def distance(points: Array) -> Array:
-        local = points - origin
+        local = points - centre
         squared = np.einsum("ij,ij->i", local, local)
-        plain = np.full(len(points), np.inf, dtype=float)
+        plain = np.full(len(points), np.inf)
         for start, axis, dots, lasts, width, end_width in zip(
             starts, along, along @ local.T, starts @ local.T, widths[:-1], widths[1:], strict=True
         ):

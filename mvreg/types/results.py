@@ -162,16 +162,8 @@ class Result:
                 f"Result.poses: expected a pose of the reference {self.reference!r}, "
                 f"got poses of {', '.join(map(repr, poses)) or 'nothing'}"
             )
-        for name in (
-            "unregistered",
-            "pairs",
-            "components",
-            "links",
-            "scatter",
-            "patterns",
-            "scales",
-            "views",
-        ):
+        recorded = [name for name, _ in RECORDS]
+        for name in ("unregistered", "pairs", "components", *recorded, "views"):
             checks.instance(f"Result.{name}", getattr(self, name), tuple)
         components = tuple(
             checks.named_poses(f"Result.components[{index}]", one)
